@@ -1,0 +1,1 @@
+"""Stages, experiments and reports: everything that is learned, measured or shown."""
