@@ -1,0 +1,1 @@
+"""Tables with provenance, and the pose datasets that everything else reads."""
