@@ -1,0 +1,58 @@
+"""Types of the `plan` and `motion` groups; conf/plan and conf/motion own the values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from omegaconf import MISSING
+
+from pipeline.checks import at_least, positive, within
+
+
+@dataclass
+class MotionConfig:
+    """How the control points of one kind of motion are placed, see `control_points`."""
+
+    name: str = MISSING
+    leave_height: float = MISSING  # m above the start
+    leave_repeat: int = MISSING
+    arrive_height: float = MISSING  # m above the target
+    arrive_repeat: int = MISSING
+    steps: int = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse negative heights and paths of fewer than two poses."""
+        for name in ("leave_height", "arrive_height", "leave_repeat", "arrive_repeat"):
+            at_least(f"motion.{name}", getattr(self, name), 0)
+        at_least("motion.steps", self.steps, 2)
+
+
+@dataclass
+class TimingConfig:
+    """How a path of joints becomes a trajectory in time."""
+
+    speed: float = MISSING  # share of the velocity limits
+    rate: float = MISSING  # Hz
+
+    def __post_init__(self) -> None:
+        """Refuse speeds beyond the limits."""
+        positive("timing.speed", self.speed)
+        within("timing.speed", self.speed, 0.0, 1.0)
+        positive("timing.rate", self.rate)
+
+
+@dataclass
+class PlanConfig:
+    """The planner benchmark: random start-target pairs, several solvers."""
+
+    pairs: int = MISSING
+    solvers: list[str] = MISSING
+    repair: str | None = None
+    motion: MotionConfig = field(default_factory=MotionConfig)
+    timing: TimingConfig = field(default_factory=TimingConfig)
+
+    def __post_init__(self) -> None:
+        """Refuse an empty benchmark."""
+        positive("plan.pairs", self.pairs)
+        if not self.solvers:
+            raise ValueError("plan.solvers must name at least one solver, got none")
