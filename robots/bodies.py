@@ -1,0 +1,133 @@
+"""All links of a robot, hung on the joints that its variables move.
+
+Links that no variable moves apart are rigidly connected: they share a *frame*, numbered by the
+driven joint below which they hang, or -1 for what stands still with the root.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.chain import Drive, turn_to_z
+from robots.urdf import Urdf
+from robots.urdf_writer import joint_motion
+
+Array = NDArray[np.float64]
+
+
+class BodyTree(NamedTuple):
+    """Driven joints of the whole robot, parents first, as plain arrays for compiled code.
+
+    As in `robots.chain` every frame is turned so that the joint axis is z.
+
+    Attributes:
+        parent: (m,) index of the driven joint above, -1 for the root.
+        rotations: (m, 3, 3) and
+        translations: (m, 3) of the constant transform from the parent's frame, m.
+        prismatic: (m,) whether a joint slides.
+        variable: (m,) index into q.
+        multiplier: (m,) and
+        offset: (m,) give the joint position, multiplier x q + offset, rad or m.
+    """
+
+    parent: NDArray[np.int64]
+    rotations: Array
+    translations: Array
+    prismatic: NDArray[np.bool_]
+    variable: NDArray[np.int64]
+    multiplier: Array
+    offset: Array
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """A `BodyTree` with what hangs on it.
+
+    Attributes:
+        tree: The driven joints.
+        joint_names: (m,) names of the driven joints.
+        frame: Frame of each link.
+        pose: (4, 4) pose of each link in its frame, m.
+    """
+
+    tree: BodyTree
+    joint_names: tuple[str, ...]
+    frame: dict[str, int]
+    pose: dict[str, Array]
+
+
+def build_bodies(urdf: Urdf, driven: dict[str, Drive]) -> Bodies:
+    """Hang every link of a robot on its driven joints.
+
+    Args:
+        urdf: The robot.
+        driven: What moves each joint (`robots.chain.drives`).
+    """
+    frame, pose = {urdf.root: -1}, {urdf.root: np.eye(4)}
+    names: list[str] = []
+    parents: list[int] = []
+    constants: list[Array] = []
+    waiting = [urdf.root]
+    while waiting:
+        link = waiting.pop()
+        for joint in (j for j in urdf.joints.values() if j.parent == link):
+            waiting.append(joint.child)
+            start = pose[link] @ joint.origin
+            drive = driven[joint.name]
+            if drive.variable < 0:
+                frame[joint.child] = frame[link]
+                pose[joint.child] = start @ joint_motion(joint, drive.offset)
+                continue
+            turn = turn_to_z(joint.axis)
+            frame[joint.child], pose[joint.child] = len(names), turn.T.copy()
+            names.append(joint.name)
+            parents.append(frame[link])
+            constants.append(start @ turn)
+    chosen = [driven[name] for name in names]
+    stacked = np.stack(constants)
+    tree = BodyTree(
+        parent=np.array(parents, dtype=np.int64),
+        rotations=np.ascontiguousarray(stacked[:, :3, :3]),
+        translations=np.ascontiguousarray(stacked[:, :3, 3]),
+        prismatic=np.array([urdf.joints[name].kind == "prismatic" for name in names]),
+        variable=np.array([drive.variable for drive in chosen], dtype=np.int64),
+        multiplier=np.array([drive.multiplier for drive in chosen]),
+        offset=np.array([drive.offset for drive in chosen]),
+    )
+    return Bodies(tree, tuple(names), frame, pose)
+
+
+def adjacent_pairs(urdf: Urdf, bodies: Bodies) -> set[frozenset[str]]:
+    """Find pairs of links with shapes that a joint connects, so that they may touch there.
+
+    A link without a collision shape counts as no link at all: its neighbours are each other's.
+
+    Args:
+        urdf: The robot.
+        bodies: Its links.
+    """
+    pairs = set()
+    for link in (name for name, body in urdf.links.items() if body.collisions):
+        joint = urdf.parent_joint(link)
+        while joint is not None and not urdf.links[joint.parent].collisions:
+            joint = urdf.parent_joint(joint.parent)
+        if joint is not None and bodies.frame[joint.parent] != bodies.frame[link]:
+            pairs.add(frozenset((joint.parent, link)))
+    return pairs
+
+
+def separable_pairs(urdf: Urdf, bodies: Bodies) -> list[tuple[str, str]]:
+    """Pairs of links with shapes that can move against each other and are not adjacent."""
+    links = [name for name, body in urdf.links.items() if body.collisions]
+    adjacent = adjacent_pairs(urdf, bodies)
+    return [
+        (first, second)
+        for i, first in enumerate(links)
+        for second in links[i + 1 :]
+        if bodies.frame[first] != bodies.frame[second]
+        and frozenset((first, second)) not in adjacent
+    ]

@@ -1,0 +1,182 @@
+"""What `robots/<name>/robot.yaml` says about a robot, read and checked."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from robots.errors import DescriptionError, UnknownRobotError
+
+Array = NDArray[np.float64]
+FOLDER = Path(__file__).parent
+FILE = "robot.yaml"
+
+
+@dataclass(frozen=True)
+class Description:
+    """A robot's description; the comments in `robot.yaml` give units.
+
+    Attributes:
+        name: The name `load_robot` knows.
+        title: What a person calls it.
+        urdf: The URDF file.
+        base: Link whose frame poses are given in.
+        tip: Link whose pose is solved for.
+        joints: Movable joints from base to tip; found in the URDF if not given.
+        lower: (dof,) sampling limits in rad or m, the URDF's if not given.
+        upper: (dof,) sampling limits in rad or m, the URDF's if not given.
+        home: (dof,) idle configuration in rad or m.
+        workspace: (2, 3) lower and upper corner of the tip's box in the base frame, m.
+        posture: Position of joints outside the chain, rad or m.
+        allowed_collisions: (link, link, reason) of pairs that are not checked; found by
+            sampling if not given.
+        hand: What grasping needs; see the robot's README.
+    """
+
+    name: str
+    title: str
+    urdf: Path
+    base: str
+    tip: str
+    joints: tuple[str, ...] | None = None
+    lower: Array | None = None
+    upper: Array | None = None
+    home: Array | None = None
+    workspace: Array | None = None
+    posture: dict[str, float] = field(default_factory=dict)
+    allowed_collisions: tuple[tuple[str, str, str], ...] | None = None
+    hand: dict[str, Any] | None = None
+
+
+def available_robots(folder: Path = FOLDER) -> list[str]:
+    """Names of the robots that have a folder with a `robot.yaml`, in alphabetical order."""
+    return sorted(path.parent.name for path in folder.glob(f"*/{FILE}"))
+
+
+def find_description(name: str, folder: Path = FOLDER) -> Description:
+    """Read the description of a robot by name.
+
+    Raises:
+        UnknownRobotError: If there is no such robot; names the closest one.
+        DescriptionError: If its `robot.yaml` is wrong.
+    """
+    choices = available_robots(folder)
+    if name not in choices:
+        close = difflib.get_close_matches(name, choices, n=1)
+        hint = f"; did you mean '{close[0]}'?" if close else ""
+        raise UnknownRobotError(f"no robot '{name}', expected one of {', '.join(choices)}{hint}")
+    return read_description(folder / name / FILE)
+
+
+def read_description(path: Path) -> Description:
+    """Read and check one `robot.yaml`.
+
+    Raises:
+        DescriptionError: With what was expected, what came and where.
+    """
+    try:
+        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DescriptionError(f"{path}: cannot be read: {error.strerror}") from None
+    except yaml.YAMLError as error:
+        problem = " ".join(str(error).split())
+        raise DescriptionError(f"{path}: not valid YAML: {problem}") from None
+    if not isinstance(values, dict):
+        raise DescriptionError(f"{path}: expected keys and values, found {type(values).__name__}")
+    known = {f.name for f in fields(Description)}
+    if unknown := sorted(values.keys() - known):
+        raise DescriptionError(f"{path}: unknown keys {unknown}, expected among {sorted(known)}")
+    if missing := [k for k in ("name", "title", "urdf", "base", "tip") if not values.get(k)]:
+        raise DescriptionError(f"{path}: the keys {missing} are missing")
+    reader = _Values(path, values)
+    return Description(
+        name=str(values["name"]),
+        title=str(values["title"]),
+        urdf=path.parent / str(values["urdf"]),
+        base=str(values["base"]),
+        tip=str(values["tip"]),
+        joints=reader.names("joints"),
+        lower=reader.numbers("lower"),
+        upper=reader.numbers("upper"),
+        home=reader.numbers("home"),
+        workspace=reader.box("workspace"),
+        posture=reader.posture(),
+        allowed_collisions=reader.pairs(),
+        hand=reader.mapping("hand"),
+    )
+
+
+class _Values:
+    """Typed access to the values of one file."""
+
+    def __init__(self, path: Path, values: dict[str, Any]) -> None:
+        self.path = path
+        self.values = values
+
+    def numbers(self, key: str) -> Array | None:
+        value = self.values.get(key)
+        return None if value is None else self._array(key, value, (-1,))
+
+    def names(self, key: str) -> tuple[str, ...] | None:
+        value = self.values.get(key)
+        if value is None:
+            return None
+        if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
+            raise self._error(key, value, "a list of names")
+        return tuple(value)
+
+    def box(self, key: str) -> Array | None:
+        value = self.mapping(key)
+        if value is None:
+            return None
+        if value.keys() != {"lower", "upper"}:
+            raise self._error(key, value, "the keys lower and upper")
+        box = self._array(key, [value["lower"], value["upper"]], (2, 3))
+        if (box[0] >= box[1]).any():
+            raise self._error(key, value, "lower below upper on every axis")
+        return box
+
+    def posture(self) -> dict[str, float]:
+        posture = self.mapping("posture") or {}
+        if not all(isinstance(v, int | float) and np.isfinite(v) for v in posture.values()):
+            raise self._error("posture", posture, "a number for each joint")
+        return {str(k): float(v) for k, v in posture.items()}
+
+    def pairs(self) -> tuple[tuple[str, str, str], ...] | None:
+        value = self.values.get("allowed_collisions")
+        if value is None:
+            return None
+        if not isinstance(value, list) or not all(
+            isinstance(v, list) and len(v) == 3 and all(isinstance(w, str) for w in v)
+            for v in value
+        ):
+            raise self._error("allowed_collisions", value, "a list of [link, link, reason]")
+        return tuple((a, b, reason) for a, b, reason in value)
+
+    def mapping(self, key: str) -> dict[str, Any] | None:
+        value = self.values.get(key)
+        if value is not None and not isinstance(value, dict):
+            raise self._error(key, value, "keys and values")
+        return value
+
+    def _array(self, key: str, value: Any, shape: tuple[int, ...]) -> Array:
+        try:
+            array = np.array(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise self._error(key, value, "numbers") from None
+        if array.ndim != len(shape) or not np.isfinite(array).all():
+            raise self._error(key, value, f"{len(shape)}-dimensional finite numbers")
+        if shape != (-1,) and array.shape != shape:
+            raise self._error(key, value, f"numbers of the shape {shape}")
+        return array
+
+    def _error(self, key: str, value: object, expected: str) -> DescriptionError:
+        shown = str(value)
+        shown = shown if len(shown) < 80 else shown[:77] + "..."
+        return DescriptionError(f"{self.path}: {key} reads {shown}, expected {expected}")

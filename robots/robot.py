@@ -1,0 +1,299 @@
+"""A robot as the rest of the project sees it: kinematics, limits, collision, samples."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robots import kinematics
+from robots.bodies import Bodies, build_bodies
+from robots.chain import Chain, Drive, build_chain, chain_joints, drives
+from robots.collision import CollisionChecker, checked_pairs, find_allowed_pairs
+from robots.description import Description, find_description
+from robots.errors import DescriptionError, RobotError
+from robots.pinocchio_model import chain_model
+from robots.sampling import sample_configurations
+from robots.urdf import Urdf, read_urdf
+
+if TYPE_CHECKING:
+    import torch
+
+Array = NDArray[np.float64]
+
+# Random configurations behind what is found out rather than given: allowed pairs, reach.
+PAIR_SAMPLES = 300
+REACH_SAMPLES = 20_000
+
+
+class Robot:
+    """A kinematic chain from a base to a tip, on a body that stands still.
+
+    Joint arrays are (N, dof) or (dof,), base to tip, in rad (m for a sliding joint).
+
+    Attributes:
+        description: What `robot.yaml` says.
+        urdf: The checked URDF.
+        name: Name of the robot.
+        base: Link whose frame poses are given in.
+        tip: Link whose pose is meant by "the pose".
+        joint_names: Independent joints of the chain.
+        dof: Number of independent joints.
+        lower: (dof,) joint limits, rad or m.
+        upper: (dof,) joint limits, rad or m.
+        velocity_limit: (dof,) rad/s or m/s, infinite where unknown.
+        home: (dof,) idle configuration.
+        chain: The chain as plain arrays for compiled code.
+    """
+
+    def __init__(self, description: Description) -> None:
+        """Read and check the URDF and what the description adds to it.
+
+        Args:
+            description: From `robot.yaml` or made by `load_robot`.
+
+        Raises:
+            UrdfError: If the URDF cannot be used.
+            DescriptionError: If the description contradicts the URDF.
+        """
+        self.description = description
+        self.name, self.base, self.tip = description.name, description.base, description.tip
+        self.urdf: Urdf = read_urdf(description.urdf)
+        joints = chain_joints(self.urdf, self.base, self.tip)
+        joints = [joint for joint in joints if joint.name not in description.posture]
+        self.joint_names = tuple(joint.name for joint in joints)
+        self.dof = len(joints)
+        _check_names(description, self.urdf, self.joint_names)
+        self.lower = np.array([joint.lower for joint in joints])
+        self.upper = np.array([joint.upper for joint in joints])
+        self.velocity_limit = np.array([joint.velocity for joint in joints])
+        _narrow(description, self.joint_names, self.lower, self.upper)
+        self.home = _home(description, self.lower, self.upper)
+        self._drives: dict[str, Drive] = drives(
+            self.urdf, list(self.joint_names), description.posture
+        )
+        self.chain: Chain = build_chain(
+            self.urdf, self.base, self.tip, self.lower, self.upper, self._drives
+        )
+
+    def __reduce__(self) -> tuple[type[Robot], tuple[Description]]:
+        """Pickle the description only: compiled and C++ objects are made anew."""
+        return (Robot, (self.description,))
+
+    def __repr__(self) -> str:
+        return f"Robot({self.name!r}, dof={self.dof}, {self.base} to {self.tip})"
+
+    @property
+    def urdf_path(self) -> Path:
+        """The URDF file."""
+        return self.urdf.path
+
+    @property
+    def urdf_checksum(self) -> str:
+        """The sha256 of the URDF file, hexadecimal."""
+        return self.urdf.checksum
+
+    @cached_property
+    def workspace(self) -> Array:
+        """(2, 3) lower and upper corner of the tip's box in the base frame, m.
+
+        The description's, else the reach of uniform samples (collisions not considered).
+        """
+        if self.description.workspace is not None:
+            return self.description.workspace
+        samples = self.sample(REACH_SAMPLES, collision_free=False)
+        position = self.forward_kinematics(samples)[:, :3]
+        return np.stack([position.min(axis=0), position.max(axis=0)])
+
+    @cached_property
+    def bodies(self) -> Bodies:
+        """All links and the driven joints they hang on."""
+        return build_bodies(self.urdf, self._drives)
+
+    @cached_property
+    def collision(self) -> CollisionChecker:
+        """Collision checker by Pinocchio and coal."""
+        allowed = self.description.allowed_collisions
+        if allowed is None:
+            allowed = tuple(self.find_allowed_collisions())
+        return CollisionChecker(
+            self.urdf, self._drives, checked_pairs(self.urdf, self.bodies, allowed)
+        )
+
+    def find_allowed_collisions(self) -> list[tuple[str, str, str]]:
+        """Find the pairs that are adjacent or always touch: what `robot.yaml` may list."""
+        samples = self.sample(PAIR_SAMPLES, collision_free=False)
+        return find_allowed_pairs(self.urdf, self.bodies, self._drives, samples)
+
+    def forward_kinematics(self, joints: ArrayLike, parallel: bool = False) -> Array:
+        """Poses of the tip in the base frame.
+
+        Args:
+            joints: (N, dof) or (dof,).
+            parallel: Use all threads of numba; the result is the same.
+
+        Returns:
+            (N, 7) x y z in m, then the unit quaternion qw qx qy qz with qw >= 0.
+        """
+        return kinematics.forward_kinematics(self.chain, self.as_joints(joints), parallel)
+
+    def jacobian(self, joints: ArrayLike) -> Array:
+        """Geometric Jacobians at the tip, in axes of the base, linear rows first.
+
+        Args:
+            joints: (N, dof) or (dof,).
+
+        Returns:
+            (N, 6, dof) in m or m/rad, and rad/m or 1.
+        """
+        return kinematics.poses_and_jacobians(self.chain, self.as_joints(joints))[1]
+
+    def in_collision(self, joints: ArrayLike) -> NDArray[np.bool_]:
+        """Whether any pair of links that is not allowed to touch does, (N,)."""
+        return self.collision.in_collision(self.as_joints(joints))
+
+    def sample(
+        self, n: int, seed: int = 0, collision_free: bool = True, workspace_filter: bool = False
+    ) -> Array:
+        """Uniform configurations within the limits, (n, dof).
+
+        Args:
+            n: How many.
+            seed: Any non-negative integer.
+            collision_free: Drop configurations in collision.
+            workspace_filter: Drop those whose tip is outside `workspace`.
+        """
+        return sample_configurations(self, n, seed, collision_free, workspace_filter).joints
+
+    def pinocchio(self) -> tuple[Any, int]:
+        """Pinocchio model of the chain, joints in our order, and the id of the tip's frame."""
+        return chain_model(self.urdf, self._drives, self.base, self.tip)
+
+    def torch_chain(self, dtype: torch.dtype | None = None, device: str = "cpu") -> Any:
+        """Build the chain for pytorch-kinematics; `forward_kinematics` takes (N, dof) tensors.
+
+        Args:
+            dtype: Floating-point type, float32 if not given.
+            device: Torch device.
+        """
+        import torch
+
+        from robots.torch_chain import build_torch_chain
+
+        return build_torch_chain(self, dtype or torch.float32, device)
+
+    def as_joints(self, joints: ArrayLike) -> Array:
+        """Check and convert joints to a contiguous float64 array (N, dof).
+
+        Raises:
+            RobotError: If the last axis is not dof long or the array has other than 1 or 2 axes.
+        """
+        array = np.ascontiguousarray(joints, dtype=np.float64)
+        if array.ndim == 1 and array.size:
+            array = array[None, :]
+        if array.ndim != 2 or array.shape[1] != self.dof:
+            raise RobotError(
+                f"'{self.name}' expects joints of the shape (N, {self.dof}), got {array.shape}"
+            )
+        return array
+
+
+def load_robot(
+    name: str | None = None,
+    *,
+    urdf: str | Path | None = None,
+    base: str | None = None,
+    tip: str | None = None,
+) -> Robot:
+    """Load one of the robots under `robots/` by name, or any other from its URDF.
+
+    Args:
+        name: One of `available_robots()`.
+        urdf: A URDF file, instead of a name.
+        base: With `urdf`: link whose frame poses are given in; the root if not given.
+        tip: With `urdf`: link whose pose is wanted; may be left out if the tree has one end.
+
+    Raises:
+        UnknownRobotError: If there is no such robot.
+        UrdfError: If the URDF cannot be used.
+        RobotError: If neither or both of name and URDF are given.
+    """
+    if (name is None) == (urdf is None):
+        raise RobotError("give either the name of a robot or urdf=, base= and tip=")
+    if name is not None:
+        if base is not None or tip is not None:
+            raise RobotError(
+                f"base and tip of '{name}' stand in its robot.yaml; give urdf= instead"
+            )
+        return Robot(find_description(name))
+    assert urdf is not None
+    parsed = read_urdf(urdf)
+    tip = tip or _only_end(parsed)
+    title = parsed.name.replace("_", " ")
+    return Robot(Description(parsed.name, title, Path(urdf), base or parsed.root, tip))
+
+
+def _only_end(urdf: Urdf) -> str:
+    parents = {joint.parent for joint in urdf.joints.values()}
+    ends = [link for link in urdf.links if link not in parents]
+    if len(ends) != 1:
+        raise RobotError(f"{urdf.path}: give tip=, one of the links; ends are {', '.join(ends)}")
+    return ends[0]
+
+
+def _check_names(description: Description, urdf: Urdf, names: tuple[str, ...]) -> None:
+    if description.joints is not None and description.joints != names:
+        raise DescriptionError(
+            f"robot '{description.name}': joints in robot.yaml are {list(description.joints)}, but "
+            f"from {description.base} to {description.tip} the URDF has {list(names)}"
+        )
+    still = {name for name, joint in urdf.joints.items() if joint.movable} - set(names)
+    if unknown := sorted(description.posture.keys() - still):
+        raise DescriptionError(
+            f"robot '{description.name}': posture names {unknown}, which are no movable joints "
+            f"outside the chain; those are {sorted(still)}"
+        )
+
+
+def _narrow(description: Description, names: tuple[str, ...], lower: Array, upper: Array) -> None:
+    """Apply the description's limits in place; they may only be narrower."""
+    for key, limit, wanted in (
+        ("lower", lower, description.lower),
+        ("upper", upper, description.upper),
+    ):
+        if wanted is None:
+            continue
+        if wanted.shape != limit.shape:
+            raise DescriptionError(
+                f"robot '{description.name}': {key} has {len(wanted)} numbers, expected one for "
+                f"each of {list(names)}"
+            )
+        wider = wanted < limit - 1e-9 if key == "lower" else wanted > limit + 1e-9
+        if wider.any():
+            k = int(np.argmax(wider))
+            raise DescriptionError(
+                f"robot '{description.name}': {key} limit {wanted[k]:g} of '{names[k]}' is wider "
+                f"than the URDF's {limit[k]:g}"
+            )
+        limit[:] = wanted
+    if (lower >= upper).any():
+        name = names[int(np.argmax(lower >= upper))]
+        raise DescriptionError(
+            f"robot '{description.name}': the lower limit of '{name}' is not below the upper"
+        )
+
+
+def _home(description: Description, lower: Array, upper: Array) -> Array:
+    """Idle configuration: the description's, else zero, or mid-range where zero is no choice."""
+    home = description.home
+    if home is None:
+        return np.where((lower <= 0.0) & (upper >= 0.0), 0.0, (lower + upper) / 2)
+    if home.shape != lower.shape or (home < lower - 1e-9).any() or (home > upper + 1e-9).any():
+        raise DescriptionError(
+            f"robot '{description.name}': home {home.tolist()} does not fit the limits "
+            f"{lower.tolist()} to {upper.tolist()}"
+        )
+    return np.clip(home, lower, upper)
