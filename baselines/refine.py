@@ -1,0 +1,102 @@
+"""The Levenberg-Marquardt kernel as a function: poses and seeds in, joints out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from baselines import lm_kernel
+from baselines.lm_kernel import LmOptions
+from baselines.protocol import OUT_OF_ITERATIONS, OUT_OF_TIME, Solution
+
+if TYPE_CHECKING:
+    from robots import Robot
+
+Array = NDArray[np.float64]
+
+REASONS = {
+    lm_kernel.FOUND: "",
+    lm_kernel.OUT_OF_ITERATIONS: OUT_OF_ITERATIONS,
+    lm_kernel.OUT_OF_TIME: OUT_OF_TIME,
+    lm_kernel.OUT_OF_STARTS: "out of starts",
+}
+
+
+@dataclass(frozen=True)
+class Refined:
+    """What the kernel did to N poses.
+
+    Attributes:
+        joints: (N, dof) best joints met, inside the limits [rad or m].
+        status: (N,) a key of `REASONS`; 0 where the tolerances are met.
+        iterations: (N,) Levenberg-Marquardt steps, summed over starts.
+        starts: (N,) seeds and random configurations descended from; 1 is the first seed alone.
+        time_s: (N,) time of the pose alone, on its thread [s].
+    """
+
+    joints: Array
+    status: NDArray[np.int64]
+    iterations: NDArray[np.int64]
+    starts: NDArray[np.int64]
+    time_s: Array
+
+    @property
+    def found(self) -> NDArray[np.bool_]:
+        """(N,) where the tolerances are met."""
+        return self.status == lm_kernel.FOUND
+
+    def solution(self) -> Solution:
+        """The same as a `Solution`."""
+        reasons = tuple(REASONS[code] for code in self.status.tolist())
+        return Solution(self.joints, self.found, self.time_s, self.iterations, reasons)
+
+
+def refine(
+    robot: Robot, poses: Array, seeds: Array, options: LmOptions, threads: int = 1
+) -> Refined:
+    """Descend from each pose's seeds in order, then from random configurations, until solved.
+
+    The result of a row depends on its pose and seeds alone as long as no time limit is set.
+
+    Args:
+        robot: The robot.
+        poses: (N, 7) targets in the base frame, x y z in m, then unit qw qx qy qz.
+        seeds: (N, K, dof) configurations to start from, moved into the limits; K may be 0.
+        options: Tolerances, damping and budget.
+        threads: Threads of numba to use; 0 for all.
+    """
+    count, dof = len(poses), robot.dof
+    result = Refined(
+        np.zeros((count, dof)),
+        np.zeros(count, dtype=np.int64),
+        np.zeros(count, dtype=np.int64),
+        np.zeros(count, dtype=np.int64),
+        np.zeros(count),
+    )
+    time_ns = np.zeros(count, dtype=np.int64)
+    arguments = (
+        robot.chain,
+        np.ascontiguousarray(poses, dtype=np.float64),
+        np.ascontiguousarray(seeds, dtype=np.float64),
+        options,
+        result.joints,
+        result.status,
+        result.iterations,
+        result.starts,
+        time_ns,
+    )
+    if threads == 1:
+        lm_kernel.refine_rows(*arguments)
+    else:
+        before = numba.get_num_threads()
+        numba.set_num_threads(threads or numba.config.NUMBA_NUM_THREADS)
+        try:
+            lm_kernel.refine_rows_parallel(*arguments)
+        finally:
+            numba.set_num_threads(before)
+    np.multiply(time_ns, 1e-9, out=result.time_s)
+    return result
