@@ -1,0 +1,59 @@
+"""Types of `conf/evaluate`: what is solved, how often, and what counts as what."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from omegaconf import MISSING
+
+from pipeline.checks import at_least, one_of, positive, positive_all
+
+NOT_FOUND_POLICIES = ("idle", "nan")
+
+
+@dataclass
+class Tolerance:
+    """How far off a pose may be and still count as reached; both bounds are exclusive."""
+
+    position_mm: float = MISSING
+    rotation_deg: float = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse tolerances that nothing could meet."""
+        positive("position_mm of a tolerance", self.position_mm)
+        positive("rotation_deg of a tolerance", self.rotation_deg)
+
+
+@dataclass
+class EvaluateConfig:
+    """Solvers, their budget, and how time is taken."""
+
+    solvers: list[str] = MISSING
+    poses: int = MISSING
+    time_s: float | None = MISSING
+    iterations: int | None = MISSING
+    not_found: str = MISSING
+    always_answer: list[str] = MISSING
+    claim: Tolerance = field(default_factory=Tolerance)
+    limit_slack: float = MISSING
+    batch_sizes: list[int] = MISSING
+    latency_poses: int = MISSING
+    warm_up: int = MISSING
+    threads: int = MISSING
+    chunk: int = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse empty runs, budgets and batches that cannot be."""
+        one_of("evaluate.not_found", self.not_found, NOT_FOUND_POLICIES)
+        at_least("evaluate.poses", self.poses, 0)
+        if self.time_s is not None:
+            positive("evaluate.time_s", self.time_s)
+        if self.iterations is not None:
+            positive("evaluate.iterations", self.iterations)
+        positive_all("evaluate.batch_sizes", self.batch_sizes)
+        at_least("evaluate.limit_slack", self.limit_slack, 0)
+        at_least("evaluate.warm_up", self.warm_up, 0)
+        for name in ("latency_poses", "threads", "chunk"):
+            positive(f"evaluate.{name}", getattr(self, name))
+        if not isinstance(self.solvers, str) and not self.solvers:
+            raise ValueError("evaluate.solvers must name at least one solver")

@@ -1,0 +1,72 @@
+"""Where the tip really is: poses of returned joints, recomputed by Pinocchio in float64."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio
+from numpy.typing import ArrayLike, NDArray
+
+from pipeline.errors import PipelineError
+from robots.errors import RobotError
+from robots.rotations import canonical
+
+if TYPE_CHECKING:
+    from robots import Robot
+
+Array = NDArray[np.float64]
+
+
+class JudgeError(PipelineError):
+    """Joints that no tip pose can be computed of."""
+
+
+def tip_poses(robot: Robot, joints: ArrayLike) -> Array:
+    """Compute tip poses with Pinocchio, independently of the robot's own kinematics.
+
+    A robot whose chain has coupled joints has no plain Pinocchio model; its own kinematics, which
+    tests hold to Pinocchio's, are taken then.
+
+    Args:
+        robot: Whose tip.
+        joints: (N, dof) base to tip [rad or m], finite.
+
+    Returns:
+        (N, 7) poses of the tip in the base frame, x y z [m], qw qx qy qz with w >= 0.
+
+    Raises:
+        JudgeError: Joints of the wrong shape or not finite.
+    """
+    q = np.asarray(joints, dtype=np.float64)
+    if q.ndim != 2 or q.shape[1] != robot.dof:
+        raise JudgeError(f"expected joints of shape (N, {robot.dof}), got {q.shape}")
+    if not np.isfinite(q).all():
+        raise JudgeError("expected finite joints, got NaN or infinite values")
+    try:
+        model, tip = robot.pinocchio()
+    except RobotError:
+        return robot.forward_kinematics(q)
+    data = model.createData()
+    poses = np.empty((len(q), 7))
+    for row, configuration in enumerate(q):
+        pinocchio.framesForwardKinematics(model, data, configuration)
+        poses[row] = pinocchio.SE3ToXYZQUAT(data.oMf[tip])
+    poses[:, 3:] = canonical(poses[:, [6, 3, 4, 5]])  # Pinocchio puts the scalar last
+    return poses
+
+
+def within_limits(robot: Robot, joints: ArrayLike, slack: float) -> NDArray[np.bool_]:
+    """Tell which configurations keep every joint within its limits.
+
+    Args:
+        robot: Whose limits.
+        joints: (N, dof) [rad or m].
+        slack: How far beyond a limit is still taken for rounding [rad or m].
+
+    Returns:
+        (N,) flags.
+    """
+    q = np.asarray(joints, dtype=np.float64)
+    inside = (q >= robot.lower - slack) & (q <= robot.upper + slack)
+    return np.asarray(inside.all(axis=1))

@@ -1,0 +1,221 @@
+"""Runs a solver on poses and writes down everything about every one of them: raw rows."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from baselines import Budget, QuerySolver, Solution, Solver, SolverError
+from pipeline.errors import PipelineError
+from pipeline.evaluation.config import EvaluateConfig
+from pipeline.evaluation.machine import fingerprint_hash, machine_fingerprint, pinned
+from pipeline.evaluation.parts import Parts, array_checksum
+from pipeline.evaluation.rows import raw_rows
+
+if TYPE_CHECKING:
+    from robots import Robot
+
+Array = NDArray[np.float64]
+NS_PER_US = 1e3
+
+
+class EvaluationError(PipelineError):
+    """An evaluation that cannot be run, or a solver that breaks its protocol."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What is evaluated: one solver of one robot on one set of poses.
+
+    Attributes:
+        robot: The robot.
+        solver: The solver, made for that robot.
+        poses: (N, 7) targets in the base frame.
+        seed: Seed of the solver or of the training behind it; a column of the rows.
+        name: Name of the solver in the rows; its own where left out.
+        initial: (dof,) or (N, dof) initial guesses; the robot's home configuration if None.
+    """
+
+    robot: Robot
+    solver: Solver
+    poses: Array
+    seed: int = 0
+    name: str = ""
+    initial: Array | None = None
+
+    @property
+    def label(self) -> str:
+        """Name of the solver in the rows."""
+        return self.name or self.solver.name
+
+    def part(self, start: int, stop: int) -> Subject:
+        """Return the same subject on the poses ``start`` to ``stop``."""
+        initial = self.initial
+        if initial is not None and initial.ndim == 2:
+            initial = initial[start:stop]
+        return replace(self, poses=self.poses[start:stop], initial=initial)
+
+
+def evaluate_solver(
+    subject: Subject,
+    config: EvaluateConfig,
+    parts_folder: Path | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> pd.DataFrame:
+    """Solve every pose and record joints, true errors, claims and time, one row a pose and batch.
+
+    The first of ``config.batch_sizes`` answers all poses. The others are for time: they answer the
+    first ``config.latency_poses`` (at least one batch) and only where the solver answers whole
+    batches; sizes beyond the number of poses are left out. A solver that fails on a call gives rows
+    with ``found = false``, its home configuration and the reason; nothing is dropped.
+
+    Args:
+        subject: Solver, robot and poses.
+        config: Budget, batch sizes, warm-up, threads.
+        parts_folder: Where finished chunks are kept, so that a second call goes on; None keeps
+            none. Call `clear_parts` when the rows are safely written.
+        progress: Called with the number of poses finished, also for chunks found on disk.
+
+    Returns:
+        Raw rows; `pipeline.evaluation.rows.COLUMNS` says what each column means.
+
+    Raises:
+        EvaluationError: No poses, or a solver that answers with the wrong shape.
+    """
+    if len(subject.poses) == 0:
+        raise EvaluationError("expected at least one pose to evaluate, got none")
+    fingerprint = machine_fingerprint(config.threads)
+    machine = fingerprint_hash(fingerprint)
+    parts = Parts(parts_folder, question(subject, config))
+    with pinned(config.threads):
+        _warm_up(subject, config)
+        frames = []
+        for batch_size, start, stop in plan_chunks(subject, config):
+            name = f"batch{batch_size}_{start:08d}"
+            rows = parts.get(name)
+            if rows is None:
+                rows = _solve_chunk(subject.part(start, stop), config, batch_size, start)
+                rows["threads"], rows["machine"] = config.threads, machine
+                parts.put(name, rows)
+            frames.append(rows)
+            if progress is not None:
+                progress(stop - start)
+    return pd.concat(frames, ignore_index=True)
+
+
+def count_poses(subject: Subject, config: EvaluateConfig) -> int:
+    """Return how many poses `evaluate_solver` will answer, all batch sizes together."""
+    return sum(stop - start for _, start, stop in plan_chunks(subject, config))
+
+
+def clear_parts(folder: Path) -> None:
+    """Remove the chunks of a finished evaluation."""
+    Parts(folder, {}).clear()
+
+
+def question(subject: Subject, config: EvaluateConfig) -> dict[str, Any]:
+    """Return everything that the rows depend on, as provenance and as the key of chunks."""
+    robot, budget = subject.robot, subject.solver.budget
+    initial = None if subject.initial is None else array_checksum(subject.initial)
+    return {
+        "robot": robot.name,
+        "urdf_checksum": robot.urdf_checksum,
+        "base": robot.base,
+        "tip": robot.tip,
+        "solver": subject.label,
+        "solver_budget": None if budget is None else asdict(budget),
+        "seed": subject.seed,
+        "initial": initial or "home",
+        "poses": len(subject.poses),
+        "poses_checksum": array_checksum(subject.poses),
+        "evaluate": {**asdict(config), "solvers": None},
+        "machine": machine_fingerprint(config.threads),
+    }
+
+
+def plan_chunks(subject: Subject, config: EvaluateConfig) -> Iterator[tuple[int, int, int]]:
+    """Yield batch size, first and last-but-one pose of every chunk, in the order of work."""
+    total = len(subject.poses)
+    for rank, batch_size in enumerate(config.batch_sizes):
+        end = total
+        if rank > 0:
+            one_by_one = isinstance(subject.solver, QuerySolver)
+            if one_by_one or batch_size > total:
+                continue
+            end = min(total, max(config.latency_poses, batch_size)) // batch_size * batch_size
+        length = max(config.chunk // batch_size, 1) * batch_size
+        for start in range(0, end, length):
+            yield batch_size, start, min(start + length, end)
+
+
+def _warm_up(subject: Subject, config: EvaluateConfig) -> None:
+    """Let caches fill and compilers run, at every batch size, before anything is timed."""
+    budget = _budget(subject.solver, config)
+    for batch_size in config.batch_sizes:
+        count = min(len(subject.poses), max(config.warm_up, batch_size)) if config.warm_up else 0
+        for start in range(0, count, batch_size):
+            _call(subject.part(start, min(start + batch_size, count)), budget)
+
+
+def _solve_chunk(
+    subject: Subject, config: EvaluateConfig, batch_size: int, first: int
+) -> pd.DataFrame:
+    budget = _budget(subject.solver, config)
+    answers, times = [], []
+    for start in range(0, len(subject.poses), batch_size):
+        part = subject.part(start, start + batch_size)
+        begin = time.perf_counter_ns()
+        solution = _call(part, budget)
+        elapsed = time.perf_counter_ns() - begin
+        answers.append(solution)
+        times.append(np.full(len(solution), elapsed / len(solution) / NS_PER_US))
+    always_answers = subject.label in config.always_answer
+    rows = raw_rows(
+        subject.robot, subject.poses, answers, np.concatenate(times), config, always_answers
+    )
+    rows.insert(0, "robot", subject.robot.name)
+    rows.insert(1, "solver", subject.label)
+    rows.insert(2, "seed", subject.seed)
+    rows.insert(3, "pose", np.arange(first, first + len(rows)))
+    rows.insert(4, "batch_size", batch_size)
+    return rows
+
+
+def _call(subject: Subject, budget: Budget | None) -> Solution:
+    """One query; a solver that fails gives its home configuration and the reason."""
+    robot, count = subject.robot, len(subject.poses)
+    try:
+        solution = subject.solver.solve(subject.poses, initial=subject.initial, budget=budget)
+    except (SolverError, ArithmeticError, RuntimeError, np.linalg.LinAlgError) as error:
+        failed = Solution.empty(count, robot.dof)
+        reason = f"{type(error).__name__}: {error}"
+        return replace(failed, joints=np.tile(robot.home, (count, 1)), reason=(reason,) * count)
+    if solution.joints.shape != (count, robot.dof):
+        raise EvaluationError(
+            f"solver '{subject.label}' must return joints of shape ({count}, {robot.dof}), got "
+            f"{solution.joints.shape}"
+        )
+    finite = np.asarray(np.isfinite(solution.joints).all(axis=1))
+    if finite.all():
+        return solution
+    reasons = np.where(finite, list(solution.reason), "joints were not finite")
+    return replace(
+        solution,
+        joints=np.where(finite[:, None], solution.joints, robot.home),
+        found=solution.found & finite,
+        reason=tuple(str(reason) for reason in reasons),
+    )
+
+
+def _budget(solver: Solver, config: EvaluateConfig) -> Budget | None:
+    """The configured budget, as far as the solver heeds it; None leaves it its own."""
+    time_s = config.time_s if "time_s" in solver.budgets else None
+    iterations = config.iterations if "iterations" in solver.budgets else None
+    return None if time_s is None and iterations is None else Budget(time_s, iterations)

@@ -1,0 +1,202 @@
+"""How sure a number is: intervals of rates and means, and paired comparisons of two solvers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import comb, sqrt
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pipeline.errors import PipelineError
+
+Array = NDArray[np.float64]
+BLOCK_VALUES = 4_000_000  # values resampled at a time: bounds the memory of a bootstrap
+EXACT_DISCORDANT = 1000  # up to here McNemar's test sums the binomial distribution itself
+
+
+class StatisticsError(PipelineError):
+    """Data or settings that a statistic is not defined for."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """An estimate with the bounds of its confidence interval, all in the unit of the data."""
+
+    estimate: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two solvers on the same poses: the effect first, then how surprising it would be.
+
+    Attributes:
+        effect: A minus B, in the unit of what was compared (a share for McNemar).
+        p_value: Two-sided.
+        pairs: Pairs that the test rests on (discordant, or of unequal values).
+    """
+
+    effect: float
+    p_value: float
+    pairs: int
+
+
+def wilson_interval(successes: int, trials: int, confidence: float) -> Interval:
+    """Confidence interval of a rate that holds near 0 and 1 too.
+
+    Wilson (1927), "Probable inference, the law of succession, and statistical inference".
+
+    Args:
+        successes: Trials that succeeded.
+        trials: All trials; with none the rate is NaN and the interval is [0, 1].
+        confidence: For example 0.95.
+
+    Raises:
+        StatisticsError: Counts that cannot be, or a confidence outside (0, 1).
+    """
+    if not 0 <= successes <= trials:
+        raise StatisticsError(f"expected 0 <= successes <= trials, got {successes} of {trials}")
+    if trials == 0:
+        return Interval(float("nan"), 0.0, 1.0)
+    z = _quantile(confidence)
+    rate, spread = successes / trials, z * z / trials
+    centre = (rate + spread / 2) / (1 + spread)
+    half = z / (1 + spread) * sqrt(rate * (1 - rate) / trials + spread / (4 * trials))
+    # At the ends the closed form is exact but for rounding, which must not leave [0, 1].
+    low = 0.0 if successes == 0 else max(centre - half, 0.0)
+    high = 1.0 if successes == trials else min(centre + half, 1.0)
+    return Interval(rate, low, high)
+
+
+def bootstrap_interval(
+    values: ArrayLike,
+    statistic: Callable[..., ArrayLike],
+    confidence: float,
+    resamples: int,
+    seed: int,
+) -> Interval:
+    """Percentile bootstrap interval of a statistic of one sample (Efron & Tibshirani, ch. 13).
+
+    Args:
+        values: (N,) values; NaN is left out, as a pose without a value.
+        statistic: Takes an array and ``axis``, for example ``np.mean``.
+        confidence: For example 0.95.
+        resamples: Samples drawn with replacement.
+        seed: Seed of the draws; equal seeds give equal intervals.
+
+    Raises:
+        StatisticsError: No resamples, or a confidence outside (0, 1).
+    """
+    if resamples < 1:
+        raise StatisticsError(f"expected at least 1 resample, got {resamples}")
+    tail = (1 - _checked_confidence(confidence)) / 2
+    sample = np.asarray(values, dtype=np.float64)
+    sample = sample[~np.isnan(sample)]
+    if sample.size == 0:
+        return Interval(float("nan"), float("nan"), float("nan"))
+    draws = _resampled(sample, statistic, resamples, np.random.default_rng(seed))
+    low, high = np.quantile(draws, [tail, 1 - tail])
+    return Interval(float(np.asarray(statistic(sample, axis=-1))), float(low), float(high))
+
+
+def mcnemar(first: ArrayLike, second: ArrayLike) -> Comparison:
+    """Compare two rates on the same poses by the poses on which they differ (McNemar, 1947).
+
+    Exact (binomial) for up to 1,000 discordant poses, then the chi-square approximation with
+    continuity correction.
+
+    Args:
+        first: (N,) success of A.
+        second: (N,) success of B on the same poses.
+    """
+    a, b = _paired(np.asarray(first, dtype=bool), np.asarray(second, dtype=bool))
+    only_a, only_b = int((a & ~b).sum()), int((b & ~a).sum())
+    discordant = only_a + only_b
+    effect = (only_a - only_b) / len(a)
+    if discordant == 0:
+        return Comparison(effect, 1.0, 0)
+    if discordant <= EXACT_DISCORDANT:
+        tail = sum(comb(discordant, k) for k in range(min(only_a, only_b) + 1))
+        return Comparison(effect, min(1.0, 2 * tail / 2**discordant), discordant)
+    score = max(abs(only_a - only_b) - 1, 0) / sqrt(discordant)
+    return Comparison(effect, 2 * NormalDist().cdf(-score), discordant)
+
+
+def wilcoxon(first: ArrayLike, second: ArrayLike) -> Comparison:
+    """Wilcoxon's signed-rank test on the same poses, normal approximation with ties.
+
+    The effect is the median of the differences A - B. Pairs without a difference are left out
+    (Wilcoxon, 1945); equal differences share their mean rank.
+
+    Args:
+        first: (N,) errors of A.
+        second: (N,) errors of B on the same poses; pairs with NaN are left out.
+    """
+    a, b = _paired(np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64))
+    difference = (a - b)[~np.isnan(a - b)]
+    effect = float(np.median(difference)) if difference.size else float("nan")
+    unequal = difference[difference != 0]
+    count = len(unequal)
+    if count == 0:
+        return Comparison(effect, 1.0, 0)
+    _, inverse, ties = np.unique(np.abs(unequal), return_inverse=True, return_counts=True)
+    ranks = (np.cumsum(ties) - (ties - 1) / 2)[inverse]
+    positive = ranks[unequal > 0].sum()
+    expected = count * (count + 1) / 4
+    variance = count * (count + 1) * (2 * count + 1) / 24 - ((ties**3 - ties).sum()) / 48
+    score = (positive - expected) / sqrt(variance)
+    return Comparison(effect, 2 * NormalDist().cdf(-abs(score)), count)
+
+
+def holm(p_values: Mapping[str, float]) -> dict[str, float]:
+    """Adjust p-values of several comparisons so that they may be read side by side (Holm, 1979).
+
+    Args:
+        p_values: One for each comparison.
+
+    Returns:
+        Adjusted p-values under the same names, at most 1.
+    """
+    adjusted: dict[str, float] = {}
+    largest = 0.0
+    for rank, name in enumerate(sorted(p_values, key=lambda name: p_values[name])):
+        largest = max(largest, min(1.0, (len(p_values) - rank) * p_values[name]))
+        adjusted[name] = largest
+    return {name: adjusted[name] for name in p_values}
+
+
+def _resampled(
+    sample: Array,
+    statistic: Callable[..., ArrayLike],
+    resamples: int,
+    generator: np.random.Generator,
+) -> Array:
+    block = max(BLOCK_VALUES // sample.size, 1)
+    draws = []
+    for start in range(0, resamples, block):
+        rows = min(block, resamples - start)
+        chosen = generator.integers(0, sample.size, size=(rows, sample.size))
+        draws.append(np.asarray(statistic(sample[chosen], axis=-1)))
+    return np.concatenate(draws)
+
+
+def _paired(a: NDArray, b: NDArray) -> tuple[NDArray, NDArray]:
+    if a.shape != b.shape or a.ndim != 1 or a.size == 0:
+        raise StatisticsError(
+            f"expected two equally long, non-empty rows, got {a.shape}, {b.shape}"
+        )
+    return a, b
+
+
+def _quantile(confidence: float) -> float:
+    return NormalDist().inv_cdf((1 + _checked_confidence(confidence)) / 2)
+
+
+def _checked_confidence(confidence: float) -> float:
+    if not 0 < confidence < 1:
+        raise StatisticsError(f"expected a confidence between 0 and 1, got {confidence}")
+    return confidence

@@ -1,0 +1,222 @@
+"""Raw rows of scripted solvers on a two-link arm: nothing is believed and nothing is dropped."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from baselines import Budget, QuerySolver, Solution, Solver, SolverError
+from baselines.protocol import Answer
+from pipeline.evaluation.config import EvaluateConfig, Tolerance
+from pipeline.evaluation.judge import JudgeError, tip_poses
+from pipeline.evaluation.rows import COLUMNS
+from pipeline.evaluation.runner import (
+    EvaluationError,
+    Subject,
+    count_poses,
+    evaluate_solver,
+    plan_chunks,
+    question,
+)
+from robots import load_robot
+
+TWO_LINK = Path(__file__).parents[2] / "fixtures" / "two_link.urdf"
+
+
+class Scripted(Solver):
+    """Answers with joints that the test chose; counts its calls."""
+
+    name = "scripted"
+
+    def __init__(self, robot, joints, found=True, fault=None):
+        super().__init__(robot)
+        self.joints, self.claim, self.fault = np.asarray(joints), found, fault
+        self.calls, self.budgets_seen = 0, []
+
+    def _solve_batch(self, poses, initial, budget):
+        self.calls += 1
+        self.budgets_seen.append(budget)
+        if self.fault is not None:
+            raise self.fault
+        count = len(poses)
+        solution = Solution.empty(count, self.robot.dof)
+        joints = np.broadcast_to(self.joints, (count, self.robot.dof)).copy()
+        reason = "" if self.claim else "no solution"
+        return replace(
+            solution, joints=joints, found=np.full(count, self.claim), reason=(reason,) * count
+        )
+
+
+class OneByOne(QuerySolver):
+    name = "one_by_one"
+
+    def _solve_one(self, pose, initial, clock):
+        return Answer(initial, "")
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return load_robot(urdf=TWO_LINK)
+
+
+@pytest.fixture
+def config():
+    return EvaluateConfig(
+        solvers=["scripted"],
+        poses=0,
+        time_s=None,
+        iterations=None,
+        not_found="idle",
+        always_answer=[],
+        claim=Tolerance(position_mm=10.0, rotation_deg=20.0),
+        limit_slack=1e-6,
+        batch_sizes=[1],
+        latency_poses=4,
+        warm_up=0,
+        threads=1,
+        chunk=5,
+    )
+
+
+def subject(robot, solver, count=12):
+    joints = robot.sample(count, seed=3, collision_free=False)
+    return Subject(robot, solver, robot.forward_kinematics(joints), seed=7)
+
+
+def test_errors_come_from_the_joints_not_from_the_claim(robot, config):
+    target = robot.sample(1, seed=9, collision_free=False)
+    liar = Scripted(robot, robot.home)
+    rows = evaluate_solver(Subject(robot, liar, robot.forward_kinematics(target)), config)
+    wanted = robot.forward_kinematics(target)[0, :3]
+    home = robot.forward_kinematics(robot.home)[0, :3]
+    assert rows.found.all()
+    assert rows.claimed_and_wrong.all()
+    assert rows.position_error_mm[0] == pytest.approx(np.linalg.norm(wanted - home) * 1e3)
+    assert rows.position_error_mm[0] == rows.idle_position_error_mm[0]
+
+
+def test_a_right_answer_is_right_and_columns_are_complete(robot, config):
+    joints = robot.sample(1, seed=2, collision_free=False)
+    given = Subject(robot, Scripted(robot, joints[0]), robot.forward_kinematics(joints), seed=7)
+    rows = evaluate_solver(given, config)
+    assert rows.position_error_mm[0] < 1e-9
+    assert not rows.claimed_and_wrong[0]
+    described = {"target_y_m", "target_z_m", *(f"q{i}" for i in range(robot.dof))} | set(COLUMNS)
+    assert set(rows.columns) == described
+    assert (rows.seed == 7).all()
+    np.testing.assert_array_equal(rows[[f"q{i}" for i in range(robot.dof)]], joints)
+
+
+def test_a_joint_beyond_its_limit_makes_a_claim_wrong(robot, config):
+    beyond = robot.upper + 0.01
+    given = Subject(robot, Scripted(robot, beyond), tip_poses(robot, beyond[None]))
+    rows = evaluate_solver(given, config)
+    assert rows.position_error_mm[0] < 1e-9
+    assert not rows.within_limits[0]
+    assert rows.claimed_and_wrong[0]
+
+
+def test_not_found_is_unanswered_unless_every_answer_counts(robot, config):
+    given = subject(robot, Scripted(robot, robot.home, found=False))
+    assert not evaluate_solver(given, config).answered.any()
+    network = replace(config, always_answer=["scripted"])
+    rows = evaluate_solver(given, network)
+    assert rows.answered.all()
+    assert not rows.found.any()
+    assert not rows.claimed_and_wrong.any()
+
+
+@pytest.mark.parametrize("fault", [SolverError("no"), RuntimeError("crashed"), ZeroDivisionError()])
+def test_a_failing_solver_becomes_rows_with_a_reason(robot, config, fault):
+    rows = evaluate_solver(subject(robot, Scripted(robot, robot.home, fault=fault)), config)
+    assert len(rows) == 12
+    assert not rows.found.any()
+    assert rows.reason.str.startswith(type(fault).__name__).all()
+
+
+def test_joints_that_are_not_finite_become_home_and_not_found(robot, config):
+    rows = evaluate_solver(subject(robot, Scripted(robot, [np.nan] * robot.dof)), config)
+    assert not rows.found.any()
+    assert np.isfinite(rows.position_error_mm).all()
+    assert (rows.reason == "joints were not finite").all()
+
+
+def test_a_mistake_in_a_solver_is_not_hidden(robot, config):
+    with pytest.raises(TypeError):
+        evaluate_solver(subject(robot, Scripted(robot, robot.home, fault=TypeError("bug"))), config)
+
+
+def test_batches_first_for_all_poses_then_for_time(robot, config):
+    config = replace(config, batch_sizes=[5, 2, 100], latency_poses=3)
+    given = subject(robot, Scripted(robot, robot.home))
+    rows = evaluate_solver(given, config)
+    assert rows.groupby("batch_size").size().to_dict() == {2: 2, 5: 12}
+    assert rows[rows.batch_size == 5].pose.tolist() == list(range(12))
+    assert count_poses(given, config) == len(rows) == 14
+
+
+def test_solvers_of_single_poses_are_not_timed_in_batches(robot, config):
+    config = replace(config, batch_sizes=[1, 4])
+    chunks = list(plan_chunks(subject(robot, OneByOne(robot, iterations=1)), config))
+    assert chunks == [(1, 0, 5), (1, 5, 10), (1, 10, 12)]
+
+
+def test_the_budget_is_what_the_solver_heeds(robot, config):
+    solver = Scripted(robot, robot.home)
+    evaluate_solver(subject(robot, solver), replace(config, iterations=30))
+    assert set(solver.budgets_seen) == {Budget(iterations=30)}
+
+
+def test_a_killed_run_goes_on_with_the_same_rows(robot, config, tmp_path):
+    class KilledError(Exception):
+        pass
+
+    def kill_at_ten(done, seen=[]):  # noqa: B006 - counts across calls
+        seen.append(done)
+        if sum(seen) >= 10:
+            raise KilledError
+
+    joints = robot.sample(1, seed=1, collision_free=False)[0]
+    given = subject(robot, Scripted(robot, joints))
+    with pytest.raises(KilledError):
+        evaluate_solver(given, config, tmp_path, kill_at_ten)
+    before = given.solver.calls
+    rows = evaluate_solver(given, config, tmp_path)
+    assert given.solver.calls - before == 2
+    whole = evaluate_solver(given, config)
+    timings = ["time_per_pose_us", "solver_time_us"]
+    assert rows.drop(columns=timings).equals(whole.drop(columns=timings))
+
+
+def test_parts_of_another_question_or_damaged_ones_are_not_used(robot, config, tmp_path):
+    given = subject(robot, Scripted(robot, robot.home))
+    evaluate_solver(given, config, tmp_path)
+    other = replace(given, solver=Scripted(robot, robot.upper))
+    changed = replace(config, claim=Tolerance(position_mm=1.0, rotation_deg=1.0))
+    evaluate_solver(other, changed, tmp_path)
+    assert other.solver.calls == 12
+    damaged = next(tmp_path.glob("batch1_00000000.parquet"))
+    damaged.write_bytes(damaged.read_bytes()[:100])
+    again = replace(given, solver=Scripted(robot, robot.upper))
+    evaluate_solver(again, changed, tmp_path)
+    assert again.solver.calls == 5
+
+
+def test_what_cannot_be_evaluated_is_refused(robot, config):
+    empty = replace(subject(robot, Scripted(robot, robot.home)), poses=np.empty((0, 7)))
+    with pytest.raises(EvaluationError, match="at least one pose"):
+        evaluate_solver(empty, config)
+    with pytest.raises(JudgeError, match="shape"):
+        tip_poses(robot, np.zeros((2, robot.dof + 1)))
+    with pytest.raises(ValueError, match=r"evaluate\.chunk"):
+        replace(config, chunk=0)
+
+
+def test_the_question_is_json_and_names_poses_and_machine(robot, config):
+    import json
+
+    asked = question(subject(robot, Scripted(robot, robot.home)), config)
+    assert json.loads(json.dumps(asked))["poses"] == 12
+    assert len(asked["poses_checksum"]) == 64
+    assert asked["machine"]["threads"] == 1
