@@ -1,50 +1,61 @@
 """A URDF of the chain alone, for libraries that read URDF files themselves.
 
-Everything that these parsers stumble over is left out: meshes, other branches, transmissions, and
-`<safety_controller>` (pytracik reads joint limits as 0 where that is present). Limits are those
-of the robot, so that every solver searches the same box; continuous joints become revolute.
+It is written from the robot's own arrays, so it holds nothing that these parsers stumble over
+(meshes, other branches, `<safety_controller>`, which makes pytracik read limits as 0), joints that
+stand still are folded in, every library gets the limits of the robot, and continuous joints are
+revolute. Only the names of base, tip and joints are those of the original.
 """
 
 from __future__ import annotations
 
-import copy
+import math
 import tempfile
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from baselines.errors import SolverError
+from robots.rotations import rpy_from_matrix
 
 if TYPE_CHECKING:
     from robots import Robot
 
-# Used by libraries that insist on a number; inverse kinematics does not depend on it.
+# These libraries insist on numbers, on which inverse kinematics does not depend.
 EFFORT = 100.0
+VELOCITY = 1.0
+INERTIAL = (
+    '<inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" '
+    'ixy="0" ixz="0" iyz="0"/></inertial>'
+)
 
 
 def chain_urdf(robot: Robot) -> str:
     """URDF text of the serial chain from `robot.base` (its root) to `robot.tip`.
 
     Raises:
-        SolverError: The URDF has no path from tip to base.
+        SolverError: A joint of the chain mimics another one, which these libraries cannot express.
     """
-    document = ElementTree.parse(robot.urdf_path).getroot()
-    by_child = {_link(joint, "child"): joint for joint in document.findall("joint")}
-    path: list[ElementTree.Element] = []
-    link = robot.tip
-    while link != robot.base:
-        if link not in by_child:
-            raise SolverError(f"{robot.urdf_path}: no path from {robot.tip!r} to {robot.base!r}")
-        path.insert(0, by_child[link])
-        link = _link(by_child[link], "parent")
-    result = ElementTree.Element("robot", name=robot.name)
-    ElementTree.SubElement(result, "link", name=robot.base)
-    for joint in path:
-        result.append(_bare_joint(joint, robot))
-        ElementTree.SubElement(result, "link", name=_link(joint, "child"))
-    return ElementTree.tostring(result, encoding="unicode")
+    chain = robot.chain
+    if len(chain.variable) != robot.dof:
+        raise SolverError(
+            f"{robot.name}: a joint of the chain mimics another one; solvers that read URDF files "
+            "cannot express that"
+        )
+    links = [robot.base, *(f"link_{k}" for k in range(1, robot.dof + 1)), robot.tip]
+    lines = [f'<robot name="{robot.name}">']
+    # KDL warns about a root link that has inertia.
+    lines += [f'<link name="{links[0]}"/>']
+    lines += [f'<link name="{link}">{INERTIAL}</link>' for link in links[1:]]
+    for k, (rotation, translation) in enumerate(
+        zip(chain.rotations, chain.translations, strict=True)
+    ):
+        lines.append(
+            f'<joint {_kind(robot, k)}><origin xyz="{_numbers(translation)}" '
+            f'rpy="{_numbers(rpy_from_matrix(rotation))}"/>'
+            f'<parent link="{links[k]}"/><child link="{links[k + 1]}"/>{_limit(robot, k)}</joint>'
+        )
+    return "\n".join([*lines, "</robot>\n"])
 
 
 @contextmanager
@@ -56,31 +67,23 @@ def chain_urdf_file(robot: Robot) -> Iterator[Path]:
         yield path
 
 
-def _link(joint: ElementTree.Element, role: str) -> str:
-    element = joint.find(role)
-    return "" if element is None else element.get("link", "")
+def _numbers(values: object) -> str:
+    return " ".join(repr(float(value)) for value in values)  # type: ignore[attr-defined]
 
 
-def _bare_joint(joint: ElementTree.Element, robot: Robot) -> ElementTree.Element:
-    """Copy of a joint with kinematics and limits only."""
-    name = joint.get("name", "")
-    movable = name in robot.joint_names
-    kind = joint.get("type", "fixed") if movable else "fixed"
-    bare = ElementTree.Element(
-        "joint", name=name, type="revolute" if kind == "continuous" else kind
+def _kind(robot: Robot, k: int) -> str:
+    if k == robot.dof:
+        return 'name="to_tip" type="fixed"'
+    kind = "prismatic" if robot.chain.prismatic[k] else "revolute"
+    return f'name="{robot.joint_names[k]}" type="{kind}"'
+
+
+def _limit(robot: Robot, k: int) -> str:
+    if k == robot.dof:
+        return ""
+    velocity = float(robot.velocity_limit[k])
+    return (
+        f'<axis xyz="0 0 1"/><limit lower="{float(robot.lower[k])!r}" '
+        f'upper="{float(robot.upper[k])!r}" effort="{EFFORT}" '
+        f'velocity="{velocity if math.isfinite(velocity) else VELOCITY}"/>'
     )
-    for tag in ("origin", "parent", "child", "axis"):
-        element = joint.find(tag)
-        if element is not None and (movable or tag != "axis"):
-            bare.append(copy.deepcopy(element))
-    if movable:
-        index = list(robot.joint_names).index(name)
-        ElementTree.SubElement(
-            bare,
-            "limit",
-            lower=repr(float(robot.lower[index])),
-            upper=repr(float(robot.upper[index])),
-            velocity=repr(float(robot.velocity_limit[index])),
-            effort=repr(EFFORT),
-        )
-    return bare

@@ -39,12 +39,12 @@ class PinocchioDls(DescentSolver):
         self.damping_gain = damping_gain
         self._model, self._frame = robot.pinocchio()
         self._data = self._model.createData()
-        self._origin = _base_placement(robot, self._model)
         self._error = np.empty(6)
+        self._distance, self._rotation = self._error[:3], self._error[3:]
 
     def _aim(self, pose: NDArray[np.float64]) -> None:
         w, x, y, z = pose[3:]
-        self._target = self._origin * pinocchio.SE3(pinocchio.Quaternion(w, x, y, z), pose[:3])
+        self._target = pinocchio.SE3(pinocchio.Quaternion(w, x, y, z), pose[:3])
 
     def _place(self, joints: NDArray[np.float64]) -> None:
         self._q = joints
@@ -57,10 +57,12 @@ class PinocchioDls(DescentSolver):
         pinocchio.updateFramePlacement(self._model, self._data, self._frame)
         difference = self._data.oMf[self._frame].actInv(self._target)
         # Axes of the tip, as in Pinocchio's local frame Jacobian.
-        self._error[:3] = difference.translation
-        self._error[3:] = pinocchio.log3(difference.rotation)
-        squares = self._error * self._error
-        return math.sqrt(squares[:3].sum()), math.sqrt(squares[3:].sum())
+        self._distance[:] = difference.translation
+        self._rotation[:] = pinocchio.log3(difference.rotation)
+        return (
+            math.sqrt(self._distance.dot(self._distance)),
+            math.sqrt(self._rotation.dot(self._rotation)),
+        )
 
     def _step(self) -> None:
         """Jᵀ (J Jᵀ + λ I)⁻¹ e, clamped to the limits."""
@@ -69,10 +71,3 @@ class PinocchioDls(DescentSolver):
         normal.flat[::7] += self.damping + self.damping_gain * (self._error @ self._error)
         step = jacobian.T @ np.linalg.solve(normal, self._error)
         self._q = np.minimum(np.maximum(self._q + step, self.lower), self.upper)
-
-
-def _base_placement(robot: Robot, model: pinocchio.Model) -> pinocchio.SE3:
-    """Placement of the robot's base in the model's world; no joint of the chain moves it."""
-    data = model.createData()
-    pinocchio.framesForwardKinematics(model, data, np.asarray(robot.home, dtype=np.float64))
-    return data.oMf[model.getFrameId(robot.base)].copy()
