@@ -1,0 +1,74 @@
+"""The command line: `python -m pipeline <command> [overrides]`, also called `cycleik-bench`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+
+from pipeline.progress import set_up_logging
+from pipeline.stages import STAGES
+
+USAGE = """\
+Benchmark for neural inverse kinematics and neuro-robotic grasping.
+
+  python -m pipeline <command> [key=value ...] [-m]
+
+Stages, in the order they build on each other:
+{stages}
+  all        every stage above for robots=[...], without DVC
+
+Looking around:
+  robots     the robots, their joints and limits        robot add FILE  bring one of your own
+  solvers    the inverse-kinematics solvers and what each needs
+  compare    what two results folders changed, in configuration and figures: compare A B
+  doctor     versions, threads, accelerator, and what is missing
+
+Overrides are Hydra's: robot=nico profile=smoke train.learning_rate=1.0e-4. With -m a list of values
+is swept, each run in a results folder of its own: train -m train.loss=former,smooth robot=panda,nico
+`python -m pipeline <command> --help` says more; `make reproduce` runs everything through DVC.
+"""
+BAD_INPUT, INTERRUPTED = 2, 130
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; bad input gives one sentence on stderr and status 2."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    set_up_logging()
+    if not arguments or arguments[0] in ("-h", "--help", "help"):
+        listed = "\n".join(f"  {name:<10} {what}" for name, what in STAGES.items())
+        print(USAGE.format(stages=listed), end="")
+        return 0
+    command, rest = arguments[0], arguments[1:]
+    try:
+        return _command(command)(rest)
+    except KeyboardInterrupt:
+        print("\ninterrupted; the same command goes on from here", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        return 0
+    except (ValueError, ImportError) as error:
+        if not _is_ours(error):
+            raise
+        print(f"error: {error}", file=sys.stderr)
+        return BAD_INPUT
+
+
+def _command(name: str) -> Callable[[list[str]], int]:
+    from pipeline import commands
+
+    if name in STAGES:
+        return lambda rest: commands.stage(name, rest)
+    if name in commands.COMMANDS:
+        return commands.COMMANDS[name]
+    from pipeline.errors import PipelineError, choices
+
+    raise PipelineError(choices("command", name, [*STAGES, *commands.COMMANDS]))
+
+
+def _is_ours(error: Exception) -> bool:
+    """Errors of our own packages are sentences for the user; any other is a fault to be seen."""
+    return type(error).__module__.split(".")[0] in ("pipeline", "baselines", "robots")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

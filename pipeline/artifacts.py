@@ -1,0 +1,114 @@
+"""Where each stage's artifact lies under a results folder, and how a missing one is named."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.errors import MissingArtifactError
+from pipeline.progress import LOGGER
+
+SPLITS = ("train", "validation", "test")
+
+
+@dataclass(frozen=True)
+class Artifacts:
+    """Paths under one results folder; ``base`` is searched for inputs that are not there.
+
+    A sweep's run writes into a folder of its own and reads what it did not change from the folder
+    of its profile.
+
+    Attributes:
+        root: Folder that is written to.
+        base: Folder that inputs may come from as well.
+    """
+
+    root: Path
+    base: Path | None = None
+
+    def dataset(self, robot: str) -> Path:
+        """Folder of the pose sets of a robot."""
+        return self.root / "dataset" / robot
+
+    def tune(self, robot: str) -> Path:
+        """Folder of the hyperparameter search of a robot."""
+        return self.root / "tune" / robot
+
+    def train(self, robot: str, model: str) -> Path:
+        """Folder of the trained weights of a model for a robot."""
+        return self.root / "train" / robot / model
+
+    def evaluate(self, robot: str, solver: str) -> Path:
+        """Raw rows of a solver on the test poses of a robot."""
+        return self.root / "evaluate" / robot / f"{solver}.parquet"
+
+    def plan(self, robot: str) -> Path:
+        """Folder of the planner benchmark of a robot."""
+        return self.root / "plan" / robot
+
+    def grasp(self, robot: str) -> Path:
+        """Folder of the grasp trials of a robot."""
+        return self.root / "grasp" / robot
+
+    def checkpoint(self, robot: str, model: str) -> Path:
+        """State of a training that has not ended; outside the artifact, so it outlives a rerun."""
+        return self.root / "checkpoint" / f"{robot}-{model}.safetensors"
+
+    def find(self, relative: Path) -> Path | None:
+        """Return where ``relative`` (a path below ``root``) is: here, in ``base``, or nowhere."""
+        for folder in (self.root, self.base):
+            if folder is not None and (folder / relative).exists():
+                return folder / relative
+        return None
+
+    def need(self, path: Path, command: str) -> Path:
+        """Return where the artifact ``path`` is.
+
+        Args:
+            path: A path that one of the methods above gave.
+            command: What a user runs to make it.
+
+        Raises:
+            MissingArtifactError: It is nowhere.
+        """
+        found = self.find(path.relative_to(self.root))
+        if found is None:
+            raise MissingArtifactError(f"there is no {path}; make it with: {command}")
+        return found
+
+
+@contextmanager
+def exclusive(path: Path) -> Iterator[bool]:
+    """Hold a lock on an artifact while it is made, so that two runs never write it together.
+
+    A killed `dvc repro` can leave its stage running; the next call then waits for that stage
+    instead of racing it. The operating system drops the lock with its process.
+
+    Args:
+        path: The artifact.
+
+    Yields:
+        Whether another process held the lock first.
+    """
+    lock = path.parent / f".{path.name}.lock-holder"
+    lock.parent.mkdir(parents=True, exist_ok=True)
+    with lock.open("a+", encoding="utf-8") as stream:
+        waited = False
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            stream.seek(0)
+            LOGGER.info("process %s is making %s: waiting for it", stream.read().strip(), path)
+            fcntl.flock(stream, fcntl.LOCK_EX)
+            waited = True
+        stream.truncate(0)
+        stream.write(str(os.getpid()))
+        stream.flush()
+        try:
+            yield waited
+        finally:
+            stream.truncate(0)

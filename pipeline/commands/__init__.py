@@ -1,0 +1,21 @@
+"""What the command line offers: stages and their sweeps, and commands for looking around."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from pipeline.commands.compare import compare
+from pipeline.commands.look import doctor, robot, robots, solvers
+from pipeline.commands.run import everything, stage
+
+Command = Callable[[list[str]], int]
+COMMANDS: dict[str, Command] = {
+    "all": everything,
+    "robots": robots,
+    "robot": robot,
+    "solvers": solvers,
+    "compare": compare,
+    "doctor": doctor,
+}
+
+__all__ = ["COMMANDS", "stage"]

@@ -1,0 +1,102 @@
+"""Commands for someone who has just arrived: robots, solvers, doctor; and a robot of one's own."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import shutil
+
+import numpy as np
+
+import baselines
+from pipeline import provenance
+from pipeline.errors import PipelineError
+from robots import available_robots, load_robot
+
+EXTRAS = {
+    "pytracik": "solver trac_ik",
+    "optik": "solver optik",
+    "pink": "solver pink",
+    "mink": "solver mink",
+    "roboticstoolbox": "solver roboticstoolbox",
+    "ssik": "solver ssik",
+    "frankik": "solver frankik",
+}
+
+
+def robots(arguments: list[str]) -> int:
+    """List the robots with their chains."""
+    _no_arguments("robots", arguments)
+    for name in available_robots():
+        robot = load_robot(name)
+        low, high = np.round(robot.workspace, 2)
+        print(f"{name}: {robot.description.title}")
+        print(f"  {robot.dof} joints from {robot.base} to {robot.tip}: {', '.join(robot.joint_names)}")
+        print(f"  workspace of the tip, m: {low.tolist()} to {high.tolist()}")
+    return 0
+
+
+def solvers(arguments: list[str]) -> int:
+    """List the solvers and say which cannot run here."""
+    _no_arguments("solvers", arguments)
+    for name in baselines.names():
+        target = baselines.registry.settings(name)["_target_"]
+        kind = "neural" if target.startswith("pipeline.") else "numerical"
+        print(f"{name:<20} {kind:<10} {baselines.skip(name) or 'ready'}")
+    return 0
+
+
+def doctor(arguments: list[str]) -> int:
+    """Print versions, threads and accelerator, and what is missing; status 1 if anything is."""
+    _no_arguments("doctor", arguments)
+    import torch
+
+    found = provenance.versions()
+    print(f"python {platform.python_version()} on {provenance.machine()['system']}")
+    print(f"processor: {provenance.machine()['processor']}")
+    print(f"cores: {provenance.machine()['cores']}, torch threads: {torch.get_num_threads()}")
+    accelerator = torch.cuda.get_device_name() if torch.cuda.is_available() else "none (CPU is used)"
+    print(f"accelerator: {accelerator}")
+    free = shutil.disk_usage(provenance.ROOT).free / 1e9
+    print(f"free disk: {free:.0f} GB, commit {provenance.commit()}, process {os.getpid()}")
+    for package, version in found.items():
+        print(f"  {package:<20} {version}")
+    missing = [package for package, version in found.items() if version == "not installed"]
+    for module, use in EXTRAS.items():
+        if importlib.util.find_spec(module) is None:
+            print(f"  {module:<20} not installed: {use} is skipped (pip install .[solvers])")
+    if missing:
+        print(f"missing: {', '.join(missing)}; run `make environment`")
+    else:
+        print("everything that the pipeline needs is here")
+    return 1 if missing else 0
+
+
+def robot(arguments: list[str]) -> int:
+    """Bring a robot of one's own: `robot add my.urdf --base B --tip T [--name N]`."""
+    usage = "python -m pipeline robot add my.urdf --base BASE --tip TIP [--name NAME]"
+    if arguments[:1] in (["-h"], ["--help"]):
+        print(usage)
+        return 0
+    if len(arguments) < 2 or arguments[0] != "add":
+        raise PipelineError(f"usage: {usage}")
+    options: dict[str, str] = {}
+    rest = arguments[2:]
+    while rest:
+        key = rest[0].removeprefix("--")
+        if key not in ("base", "tip", "name") or len(rest) < 2:
+            raise PipelineError(f"'{rest[0]}' is not understood; usage: {usage}")
+        options[key] = rest[1]
+        rest = rest[2:]
+    if missing := {"base", "tip"} - options.keys():
+        raise PipelineError(f"--{' and --'.join(sorted(missing))} is missing; usage: {usage}")
+    from robots.add import add_robot
+
+    print(add_robot(arguments[1], options["base"], options["tip"], name=options.get("name")))
+    return 0
+
+
+def _no_arguments(command: str, arguments: list[str]) -> None:
+    if arguments and arguments[0] not in ("-h", "--help"):
+        raise PipelineError(f"`{command}` takes no arguments, got {' '.join(arguments)}")

@@ -1,0 +1,162 @@
+"""Composition: YAML and command-line overrides in, a checked `Config` out, or one clear sentence."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from itertools import product
+from pathlib import Path
+from typing import Any, cast
+
+from hydra import compose as hydra_compose
+from hydra import initialize_config_dir
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override
+from hydra.errors import HydraException
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from pipeline.errors import ConfigError, choices
+from pipeline.settings import Config
+
+CONF_DIR = Path(__file__).resolve().parent.parent / "conf"
+ROOT_KEYS_OF_YAML = {"from": "source"}  # train.from: a Python keyword cannot name a field
+
+
+def compose(overrides: Sequence[str] = ()) -> Config:
+    """Compose conf/ with overrides and check every key, type and value.
+
+    Args:
+        overrides: Hydra overrides, for example ``["robot=nico", "train.learning_rate=1.0e-4"]``.
+
+    Returns:
+        The configuration as dataclasses.
+
+    Raises:
+        ConfigError: An unknown key or choice, a wrong type, or a value that cannot be.
+    """
+    parsed = _parse(overrides)
+    for override in parsed:
+        if override.is_sweep_override():
+            raise ConfigError(
+                f"'{override.input_line}' names several values: add -m to run each of them, "
+                "or write a list in brackets: key=[a,b]"
+            )
+    _check_names(parsed)
+    return _to_dataclass(_compose_raw(overrides))
+
+
+def sweep(overrides: Sequence[str]) -> list[list[str]]:
+    """Expand swept overrides to one list of plain overrides for each run, in order.
+
+    ``["robot=panda,nico", "seed=range(2)"]`` gives four lists.
+
+    Raises:
+        ConfigError: An override that Hydra's grammar does not take.
+    """
+    axes: list[list[str]] = []
+    for override in _parse(overrides):
+        if override.is_discrete_sweep():
+            key = override.get_key_element()
+            axes.append([f"{key}={value}" for value in override.sweep_string_iterator()])
+        elif override.is_sweep_override():
+            raise ConfigError(f"'{override.input_line}' is an open interval: list its values")
+        else:
+            axes.append([cast(str, override.input_line)])
+    return [list(run) for run in product(*axes)]
+
+
+def group_choices(group: str) -> list[str]:
+    """Return the names of the YAML files of a group, such as ``robot``."""
+    return sorted(path.stem for path in (CONF_DIR / group).glob("*.yaml"))
+
+
+def to_yaml(config: Config) -> str:
+    """Return the configuration as YAML, keys in the order of the schema."""
+    container = OmegaConf.to_container(OmegaConf.structured(config), resolve=True)
+    return OmegaConf.to_yaml(_rename(container, {v: k for k, v in ROOT_KEYS_OF_YAML.items()}))
+
+
+def to_dict(config: Any) -> dict[str, Any]:
+    """Return a configuration dataclass as plain containers, ready for JSON."""
+    container = OmegaConf.to_container(OmegaConf.structured(config), resolve=True)
+    return cast(dict[str, Any], container)
+
+
+def _parse(overrides: Sequence[str]) -> list[Override]:
+    try:
+        return OverridesParser.create().parse_overrides(list(overrides))
+    except HydraException as error:
+        raise ConfigError(
+            f"an override must read key=value, for example train.epochs=3 ({_first_line(error)})"
+        ) from error
+
+
+def _compose_raw(overrides: Sequence[str]) -> DictConfig:
+    try:
+        with initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
+            return hydra_compose(config_name="config", overrides=list(overrides))
+    except (HydraException, OmegaConfBaseException) as error:
+        raise ConfigError(_first_line(error)) from error
+
+
+def _check_names(parsed: Sequence[Override]) -> None:
+    """Refuse unknown choices and keys before Hydra does, with the valid ones."""
+    base: DictConfig | None = None
+    for override in parsed:
+        key = override.key_or_group
+        if (CONF_DIR / key).is_dir():
+            value = override.value()
+            if value is not None and str(value) not in group_choices(key):
+                raise ConfigError(choices(key, str(value), group_choices(key)))
+            continue
+        if override.is_delete():
+            raise ConfigError(f"'{override.input_line}': keys cannot be removed, only set")
+        base = _compose_raw([]) if base is None else base
+        _check_key(base, key, override.is_add() or override.is_force_add())
+
+
+def _check_key(base: DictConfig, key: str, adds: bool) -> None:
+    node: Any = base
+    walked: list[str] = []
+    for part in key.split("."):
+        keys = list(node.keys()) if isinstance(node, DictConfig) else []
+        if part not in keys:
+            if adds and walked[:2] == ["tune", "space"]:
+                return  # search spaces are data: a new axis is the user's right
+            where = "key" if not walked else f"key in {'.'.join(walked)}:"
+            raise ConfigError(f"{key}: " + choices(where, part, [str(name) for name in keys]))
+        walked.append(part)
+        node = node._get_node(part) if OmegaConf.is_missing(node, part) else node[part]
+
+
+def _to_dataclass(raw: DictConfig) -> Config:
+    try:
+        container = OmegaConf.to_container(raw, resolve=True)
+        renamed = OmegaConf.create(_rename(container, ROOT_KEYS_OF_YAML))
+        merged = OmegaConf.merge(OmegaConf.structured(Config), renamed)
+        missing = sorted(OmegaConf.missing_keys(merged))
+        if missing:
+            raise ConfigError(f"no value for {', '.join(missing)}: set it, or choose a profile")
+        return cast(Config, OmegaConf.to_object(merged))
+    except OmegaConfBaseException as error:
+        key = getattr(error, "full_key", None) or ""
+        raise ConfigError(f"{key}: {_first_line(error)}" if key else _first_line(error)) from error
+    except ConfigError:
+        raise
+    except ValueError as error:
+        raise ConfigError(_first_line(error)) from error
+
+
+def _rename(node: Any, names: dict[str, str]) -> Any:
+    if isinstance(node, dict):
+        return {names.get(key, key): _rename(value, names) for key, value in node.items()}
+    return [_rename(item, names) for item in node] if isinstance(node, list) else node
+
+
+def _first_line(error: BaseException) -> str:
+    """The sentence of a Hydra or OmegaConf message, without its context lines."""
+    line = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+    return re.sub(r"\s+", " ", line).rstrip(".")
+
+

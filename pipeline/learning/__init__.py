@@ -1,0 +1,1 @@
+"""Networks that answer inverse kinematics, trained through differentiable forward kinematics."""

@@ -1,0 +1,89 @@
+"""The state of an unfinished training in one safetensors file: nothing is pickled."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+from torch import Tensor, nn
+from torch.optim import Optimizer
+
+from pipeline.data.files import replacing
+
+
+@dataclass
+class Progress:
+    """How far a training is.
+
+    Batches are drawn from generators seeded by the epoch, so the step is all the random state
+    there is.
+
+    Attributes:
+        step: Steps done.
+        skipped: Steps whose gradient was not finite and that changed nothing.
+        loss_sum: Sum of the losses since the last validation.
+        loss_steps: Number of losses in that sum.
+        curve: One row for each validation so far.
+    """
+
+    step: int = 0
+    skipped: int = 0
+    loss_sum: float = 0.0
+    loss_steps: int = 0
+    curve: list[dict[str, float]] = field(default_factory=list)
+
+
+def save(
+    path: Path, digest: str, progress: Progress, network: nn.Module, optimizer: Optimizer
+) -> None:
+    """Write network, optimiser state and progress, atomically.
+
+    Args:
+        path: Checkpoint file.
+        digest: Names configuration and data; only a run with the same one may resume.
+        progress: How far the training is.
+        network: Its parameters and buffers are kept.
+        optimizer: Adam's moments are kept.
+    """
+    tensors = {f"network.{name}": value for name, value in network.state_dict().items()}
+    for index, state in optimizer.state_dict()["state"].items():
+        for name, value in state.items():
+            tensors[f"optimizer.{index}.{name}"] = torch.as_tensor(value)
+    header = {"digest": digest, "progress": json.dumps(asdict(progress))}
+    with replacing(path) as partial:
+        save_file({name: value.contiguous() for name, value in tensors.items()}, partial, header)
+
+
+def restore(path: Path, digest: str, network: nn.Module, optimizer: Optimizer) -> Progress | None:
+    """Bring network and optimiser to where a killed run stood.
+
+    Returns:
+        The progress of that run; None where there is no checkpoint, or one of another
+        configuration or one that cannot be read, in which case nothing is changed.
+    """
+    if not path.exists():
+        return None
+    try:
+        with safe_open(path, framework="pt") as stream:
+            header = stream.metadata() or {}
+            tensors = {name: stream.get_tensor(name) for name in stream.keys()}  # noqa: SIM118
+    except (SafetensorError, OSError):
+        return None
+    if header.get("digest") != digest:
+        return None
+    network.load_state_dict(_part(tensors, "network."))
+    state: dict[int, dict[str, Any]] = {}
+    for name, value in _part(tensors, "optimizer.").items():
+        index, key = name.split(".", 1)
+        state.setdefault(int(index), {})[key] = value
+    optimizer.load_state_dict({**optimizer.state_dict(), "state": state})
+    return Progress(**json.loads(header["progress"]))
+
+
+def _part(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
+    return {name.removeprefix(prefix): t for name, t in tensors.items() if name.startswith(prefix)}

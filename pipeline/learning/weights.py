@@ -1,0 +1,91 @@
+"""Trained weights on disk: safetensors, with a card beside them that says what they are for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from safetensors import SafetensorError
+from safetensors.torch import load_file, save_file
+from torch import nn
+
+from pipeline.data.files import read_json, replacing, sha256, write_json
+from pipeline.learning.networks import CycleIkMlp
+from pipeline.settings import ModelConfig
+from robots import Robot
+
+WEIGHTS = "weights.safetensors"
+CARD = "card.json"
+
+
+class WeightsError(ValueError):
+    """Weights that are missing, damaged, or belong to another robot."""
+
+
+def save_weights(folder: Path, network: nn.Module, card: dict[str, Any]) -> None:
+    """Write the weights and their card; the card holds their checksum and comes last."""
+    path = folder / WEIGHTS
+    with replacing(path) as partial:
+        save_file({n: t.contiguous().cpu() for n, t in network.state_dict().items()}, partial)
+    write_json(folder / CARD, {**card, "weights_sha256": sha256(path)})
+
+
+def load_network(folder: Path, robot: Robot) -> nn.Module:
+    """Rebuild the network that a card describes and load its weights.
+
+    Args:
+        folder: Holds weights.safetensors and card.json.
+        robot: The robot that the weights must be for.
+
+    Returns:
+        The network in evaluation mode on the CPU.
+
+    Raises:
+        WeightsError: Files are missing or damaged, or the weights are of another robot, chain or
+            architecture.
+    """
+    card = read_card(folder)
+    _check_robot(folder, card, robot)
+    path = folder / WEIGHTS
+    if not path.exists() or sha256(path) != card.get("weights_sha256"):
+        raise WeightsError(f"{path} is missing or not the file that its card speaks of; train again")
+    model = card["config"]["model"]
+    network = CycleIkMlp(robot, ModelConfig(**model))
+    try:
+        network.load_state_dict(load_file(path))
+    except (SafetensorError, RuntimeError) as error:
+        raise WeightsError(f"{path} does not fit the network of its card: {error}") from error
+    return network.eval().requires_grad_(False)
+
+
+def read_card(folder: Path) -> dict[str, Any]:
+    """Return the card of trained weights.
+
+    Raises:
+        WeightsError: There is none.
+    """
+    if not (folder / CARD).exists():
+        raise WeightsError(f"there are no trained weights in {folder}")
+    return dict(read_json(folder / CARD))
+
+
+def chain_facts(robot: Robot) -> dict[str, Any]:
+    """Return what a card says of the robot: enough to refuse weights of another one."""
+    return {
+        "robot": robot.name,
+        "urdf_checksum": robot.urdf_checksum,
+        "joint_names": list(robot.joint_names),
+        "base": robot.base,
+        "tip": robot.tip,
+    }
+
+
+def _check_robot(folder: Path, card: dict[str, Any], robot: Robot) -> None:
+    for key, ours in chain_facts(robot).items():
+        if card.get(key) != ours:
+            raise WeightsError(
+                f"the weights in {folder} are for another robot: {key} is {card.get(key)!r} there, "
+                f"{ours!r} here; train with: python -m pipeline train robot={robot.name}"
+            )
+
+

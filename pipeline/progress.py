@@ -1,0 +1,45 @@
+"""Progress bars and log lines: to stderr, so that stdout is a stage's result and nothing else."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import Iterable
+from typing import Any, TypeVar
+
+from tqdm import tqdm
+
+Item = TypeVar("Item")
+LOGGER = logging.getLogger("cycleik_bench")
+
+
+def set_up_logging() -> None:
+    """Send log lines to stderr, once."""
+    if not LOGGER.handlers:
+        handler = logging.StreamHandler(sys.stderr)
+        handler.setFormatter(logging.Formatter("%(message)s"))
+        LOGGER.addHandler(handler)
+        LOGGER.setLevel(logging.INFO)
+        LOGGER.propagate = False
+
+
+def bar(total: int, unit: str, description: str, initial: int = 0) -> Any:
+    """Return a tqdm bar on stderr that redraws rarely when stderr is a file."""
+    interval = 0.2 if sys.stderr.isatty() else 10.0
+    return tqdm(
+        total=total,
+        initial=initial,
+        unit=unit,
+        desc=description,
+        mininterval=interval,
+        file=sys.stderr,
+        dynamic_ncols=True,
+    )
+
+
+def track(items: Iterable[Item], total: int, unit: str, description: str) -> Iterable[Item]:
+    """Yield ``items`` and show how far they are."""
+    with bar(total, unit, description) as shown:
+        for item in items:
+            yield item
+            shown.update()

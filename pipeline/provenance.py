@@ -1,0 +1,102 @@
+"""What made an artifact: versions, machine, commit and configuration, without a clock in it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+import subprocess
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from pipeline import config as configuration
+
+PACKAGES = (
+    "numpy",
+    "torch",
+    "pytorch-kinematics",
+    "pin",
+    "coal",
+    "placo",
+    "numba",
+    "pybullet",
+    "optuna",
+    "hydra-core",
+    "pandas",
+    "pyarrow",
+    "dvc",
+)
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that shape results."""
+    found = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "not installed"
+    return found
+
+
+@cache
+def machine() -> dict[str, Any]:
+    """Return processor, cores and system of this machine."""
+    return {
+        "processor": _processor(),
+        "cores": len(os.sched_getaffinity(0)),
+        "system": f"{platform.system()} {platform.machine()}",
+    }
+
+
+@cache
+def commit() -> str:
+    """Return the commit of this checkout, with ``+changes`` where files differ from it."""
+    try:
+        head = _git("rev-parse", "--short=12", "HEAD")
+        return f"{head}+changes" if _git("status", "--porcelain", "-uno") else head
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+
+
+def digest(content: Any) -> str:
+    """Return 16 hexadecimal digits that name a JSON-like content."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def card(*sections: str, config: configuration.Config, **facts: Any) -> dict[str, Any]:
+    """Return the card that lies beside an artifact.
+
+    Args:
+        *sections: Groups of the configuration that shaped it.
+        config: The configuration of the run.
+        **facts: What else there is to say: seeds, counts, checksums, metrics.
+    """
+    whole = configuration.to_dict(config)
+    used = {name: whole[name] for name in ("seed", *sections)}
+    return {**facts, "config": used, **made_by()}
+
+
+def made_by() -> dict[str, Any]:
+    """Return versions, machine and commit: the part of a card that no stage chooses."""
+    return {"versions": versions(), "machine": machine(), "commit": commit()}
+
+
+def _git(*arguments: str) -> str:
+    command = ["git", "-C", str(ROOT), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def _processor() -> str:
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    except OSError:
+        pass
+    return platform.processor() or "unknown"

@@ -1,0 +1,169 @@
+"""Types of the configuration: one dataclass a group, checked when it is made.
+
+YAML under conf/ owns every value; these classes own names, types and what is possible at all. A
+value that cannot be raises `ValueError` with the key, the value and the range.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from omegaconf import MISSING
+
+from pipeline.checks import at_least, one_of, positive, positive_all
+from pipeline.evaluation.config import EvaluateConfig
+from pipeline.grasping.config import GraspConfig
+from pipeline.planning.config import PlanConfig
+from pipeline.reporting.config import ReportConfig
+
+
+@dataclass
+class TableOne:
+    """One row of Table I of the paper: what training of one robot's network takes."""
+
+    batch_size: int = MISSING
+    learning_rate: float = MISSING
+    hidden: list[int] = MISSING
+    tanh_layers: int = MISSING
+    position_weight: float = MISSING
+    rotation_weight: float = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse sizes and rates that are not positive."""
+        positive("robot.table_one.batch_size", self.batch_size)
+        positive("robot.table_one.learning_rate", self.learning_rate)
+        positive_all("robot.table_one.hidden", self.hidden)
+
+
+@dataclass
+class RobotConfig:
+    """Which robot, and what an experiment wants of it."""
+
+    name: str = MISSING
+    workspace_filter: bool = MISSING
+    table_one: TableOne = field(default_factory=TableOne)
+
+
+@dataclass
+class DatasetConfig:
+    """Sizes of the pose sets."""
+
+    train: int = MISSING
+    validation: int = MISSING
+    test: int = MISSING
+    workers: int = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse empty sets."""
+        for name in ("train", "validation", "test"):
+            positive(f"dataset.{name}", getattr(self, name))
+        at_least("dataset.workers", self.workers, 0)
+
+
+@dataclass
+class ModelConfig:
+    """Architecture of a network."""
+
+    name: str = MISSING
+    hidden: list[int] = MISSING
+    tanh_layers: int = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse layers without neurons and a count of tanh layers beyond the network."""
+        positive_all("model.hidden", self.hidden)
+        at_least("model.tanh_layers", self.tanh_layers, 1)
+        if self.tanh_layers > len(self.hidden) + 1:
+            raise ValueError(
+                f"model.tanh_layers must be at most {len(self.hidden) + 1}, the number of layers, "
+                f"got {self.tanh_layers}"
+            )
+
+
+@dataclass
+class TrainConfig:
+    """Losses, optimiser and schedule."""
+
+    loss: str = MISSING
+    position_beta: float = MISSING
+    rotation_beta: float = MISSING
+    position_weight: float = MISSING
+    rotation_weight: float = MISSING
+    batch_size: int = MISSING
+    learning_rate: float = MISSING
+    epochs: int = MISSING
+    gradient_clip: float = MISSING
+    negate_input: bool = MISSING
+    device: str = MISSING
+    validations: int = MISSING
+    checkpoint_s: float = MISSING
+    source: str = MISSING  # `train.from` in YAML and on the command line: `from` is a Python keyword
+
+    def __post_init__(self) -> None:
+        """Refuse rates, sizes and names that cannot be."""
+        one_of("train.loss", self.loss, ("smooth", "former"))
+        one_of("train.device", self.device, ("auto", "cpu", "cuda"))
+        one_of("train.from", self.source, ("default", "best"))
+        for name in ("position_beta", "rotation_beta", "batch_size", "learning_rate", "epochs"):
+            positive(f"train.{name}", getattr(self, name))
+        for name in ("gradient_clip", "validations", "checkpoint_s"):
+            positive(f"train.{name}", getattr(self, name))
+        for name in ("position_weight", "rotation_weight"):
+            at_least(f"train.{name}", getattr(self, name), 0)
+
+
+@dataclass
+class Range:
+    """A range that Optuna draws from; ``step`` 0 means continuous."""
+
+    low: float = MISSING
+    high: float = MISSING
+    step: float = MISSING
+    log: bool = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse empty ranges."""
+        if self.low > self.high:
+            raise ValueError(f"tune.space: low {self.low} is above high {self.high}")
+        at_least("tune.space: step", self.step, 0)
+
+
+@dataclass
+class TuneConfig:
+    """Search space and budget of the hyperparameter search."""
+
+    trials: int = MISSING
+    epochs: int = MISSING
+    poses: int = MISSING
+    sampler: str = MISSING
+    objective_position: float = MISSING
+    objective_rotation: float = MISSING
+    space: dict[str, Range] = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse a search without trials and unknown samplers."""
+        positive("tune.trials", self.trials)
+        positive("tune.epochs", self.epochs)
+        at_least("tune.poses", self.poses, 0)
+        one_of("tune.sampler", self.sampler, ("tpe", "random"))
+
+
+@dataclass
+class Config:
+    """Everything a stage may ask for."""
+
+    seed: int = MISSING
+    profile: str = MISSING
+    results_dir: str = MISSING
+    robot: RobotConfig = field(default_factory=RobotConfig)
+    dataset: DatasetConfig = field(default_factory=DatasetConfig)
+    model: ModelConfig = field(default_factory=ModelConfig)
+    train: TrainConfig = field(default_factory=TrainConfig)
+    tune: TuneConfig = field(default_factory=TuneConfig)
+    evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)
+    plan: PlanConfig = field(default_factory=PlanConfig)
+    grasp: GraspConfig = field(default_factory=GraspConfig)
+    report: ReportConfig = field(default_factory=ReportConfig)
+
+    def __post_init__(self) -> None:
+        """Refuse negative seeds."""
+        at_least("seed", self.seed, 0)

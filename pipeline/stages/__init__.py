@@ -1,0 +1,27 @@
+"""The seven stages: each parses nothing, calls the library, and writes one artifact with its card."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import cast
+
+from pipeline.settings import Config
+
+STAGES = {
+    "dataset": "collision-filtered poses for training, validation and test",
+    "tune": "hyperparameter search with Optuna",
+    "train": "a network through differentiable forward kinematics",
+    "evaluate": "solvers on the test poses, one raw row a pose",
+    "plan": "Bezier motions between random poses",
+    "grasp": "pick-and-drop trials in simulation",
+    "report": "tables, figures and report.html from everything on disk",
+}
+PER_ROBOT = tuple(name for name in STAGES if name != "report")
+
+
+def run_stage(name: str, config: Config) -> list[Path]:
+    """Run one stage and return what it wrote."""
+    module = import_module(f"pipeline.stages.{name}")
+    return cast(Callable[[Config], list[Path]], module.run)(config)

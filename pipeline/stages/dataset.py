@@ -1,0 +1,83 @@
+"""Stage dataset: collision-filtered uniform samples as train, validation and test poses."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from pipeline import provenance
+from pipeline.artifacts import SPLITS, exclusive
+from pipeline.data.dataset import split_seed, write_card, write_split
+from pipeline.data.tables import TableError, read_metadata, read_table
+from pipeline.progress import bar
+from pipeline.settings import Config
+from pipeline.stages.inputs import artifacts, dataset_facts, robot_of
+from robots import Robot
+from robots.sampling import sample_configurations
+
+
+def run(config: Config) -> list[Path]:
+    """Write the three pose sets of a robot and their card.
+
+    Splits that a killed run had finished are kept: they carry the facts that they were made with.
+    """
+    robot = robot_of(config)
+    folder = artifacts(config).dataset(robot.name)
+    with exclusive(folder):
+        (folder / "card.json").unlink(missing_ok=True)
+        facts = {split: _make(folder, robot, split, config) for split in SPLITS}
+        card = {**_robot_facts(robot), "config": dataset_facts(config), "splits": facts}
+        write_card(folder, {**card, **provenance.made_by()})
+    return [folder]
+
+
+def _make(folder: Path, robot: Robot, split: str, config: Config) -> dict[str, Any]:
+    path = folder / f"{split}.parquet"
+    count = getattr(config.dataset, split)
+    wanted = {
+        **_robot_facts(robot),
+        "split": split,
+        "poses": count,
+        "seed": split_seed(config.seed, robot.name, split),
+        "workspace_filter": config.robot.workspace_filter,
+        "numpy": provenance.versions()["numpy"],
+    }
+    kept = _kept(path, wanted)
+    if kept is not None:
+        return kept
+    workers = config.dataset.workers or len(os.sched_getaffinity(0))
+    with bar(count, "pose", f"dataset {robot.name} {split}") as shown:
+        samples = sample_configurations(
+            robot,
+            count,
+            seed=wanted["seed"],
+            workspace_filter=config.robot.workspace_filter,
+            processes=workers if count > 20_000 else 1,
+            progress=shown.update,
+        )
+    facts = {
+        **wanted,
+        "acceptance": round(samples.acceptance, 6),
+        "drawn": samples.drawn,
+        "outside_workspace": samples.outside,
+        "in_collision": samples.colliding,
+    }
+    write_split(path, robot, samples.joints, facts)
+    return facts
+
+
+def _kept(path: Path, wanted: dict[str, Any]) -> dict[str, Any] | None:
+    """Return the facts of a finished split that was made with the same inputs, else None."""
+    try:
+        facts = read_metadata(path)
+        if {key: facts.get(key) for key in wanted} != wanted:
+            return None
+        read_table(path)
+    except TableError:
+        return None
+    return facts
+
+
+def _robot_facts(robot: Robot) -> dict[str, Any]:
+    return {"robot": robot.name, "urdf_checksum": robot.urdf_checksum}

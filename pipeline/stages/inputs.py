@@ -1,0 +1,107 @@
+"""What a stage starts from: the robot, the folders, and artifacts of earlier stages.
+
+An artifact that is missing is made first, so that `train` and `evaluate` work in a fresh clone. One
+that was made with other values is never replaced behind the user's back.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from omegaconf import OmegaConf
+
+from pipeline.artifacts import Artifacts
+from pipeline.config import to_dict
+from pipeline.data.dataset import CARD, DatasetError, card_config
+from pipeline.errors import ConfigError, choices
+from pipeline.learning.weights import CARD as WEIGHTS_CARD
+from pipeline.progress import LOGGER
+from pipeline.provenance import ROOT
+from pipeline.settings import Config, ModelConfig, TrainConfig
+from pipeline.stages import run_stage
+from robots import Robot, available_robots, load_robot
+
+DATA_KEYS = ("train", "validation", "test")
+
+
+def artifacts(config: Config) -> Artifacts:
+    """Return the folders of a run; a run elsewhere may read what its profile's folder has."""
+    root = Path(config.results_dir)
+    root = root if root.is_absolute() else ROOT / root
+    base = ROOT / "results" / config.profile
+    return Artifacts(root, None if base == root else base)
+
+
+def robot_of(config: Config) -> Robot:
+    """Load the robot of a run.
+
+    Raises:
+        ConfigError: There is no robot of that name.
+    """
+    if config.robot.name not in available_robots():
+        raise ConfigError(choices("robot", config.robot.name, available_robots()))
+    return load_robot(config.robot.name)
+
+
+def dataset_of(config: Config) -> Path:
+    """Return the folder of the robot's pose sets and make them where there are none.
+
+    Raises:
+        DatasetError: There are pose sets, but made with another size, seed or filter.
+    """
+    folders = artifacts(config)
+    own = folders.dataset(config.robot.name)
+    wanted = dataset_facts(config)
+    for folder in (folders.find(own.relative_to(folders.root) / CARD), own / CARD):
+        if folder is None or not folder.exists():
+            continue
+        made = card_config(folder.parent)
+        differing = {key for key in wanted if made.get(key) != wanted[key]}
+        if not differing:
+            return folder.parent
+        if folder.parent == own:
+            raise DatasetError(
+                f"{own} was made with other values of {', '.join(sorted(differing))}; make it "
+                f"again with `python -m pipeline dataset` and the same overrides"
+            )
+    LOGGER.info("there is no dataset of %s for these values yet: making it", config.robot.name)
+    run_stage("dataset", config)
+    return own
+
+
+def dataset_facts(config: Config) -> dict[str, object]:
+    """Return the part of the configuration that decides what is in the pose sets."""
+    sizes = {key: getattr(config.dataset, key) for key in DATA_KEYS}
+    return {**sizes, "seed": config.seed, "workspace_filter": config.robot.workspace_filter}
+
+
+def weights_of(config: Config) -> Path:
+    """Return the folder of the robot's trained weights and train them where there are none."""
+    folders = artifacts(config)
+    _, model = trained_with(config)
+    own = folders.train(config.robot.name, model.name)
+    found = folders.find(own.relative_to(folders.root) / WEIGHTS_CARD)
+    if found is None:
+        LOGGER.info("there are no weights of %s yet: training first", config.robot.name)
+        run_stage("train", config)
+        return own
+    return found.parent
+
+
+def trained_with(config: Config) -> tuple[TrainConfig, ModelConfig]:
+    """Return training and architecture: the run's own, or those that the search found.
+
+    Raises:
+        MissingArtifactError: `train.from=best` before there was a search.
+    """
+    if config.train.source == "default":
+        return config.train, config.model
+    folders = artifacts(config)
+    path = folders.need(
+        folders.tune(config.robot.name) / "best.yaml",
+        f"python -m pipeline tune robot={config.robot.name} profile={config.profile}",
+    )
+    best = OmegaConf.to_container(OmegaConf.load(path))
+    assert isinstance(best, dict)
+    train = TrainConfig(**{**to_dict(config.train), **best["train"]})
+    return train, ModelConfig(**{**to_dict(config.model), **best["model"], "name": "best"})
