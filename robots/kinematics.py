@@ -1,64 +1,74 @@
 """Compiled forward kinematics and Jacobians of a `Chain`.
 
 The device functions work on one configuration and on arrays that the caller owns, so that the
-solvers of `baselines` can call them inside their own loops; the batched kernels at the end loop
-over configurations. Positions in m, angles in rad, everything in the base frame, float64.
+solvers of `baselines` can call them inside their own loops; the batched kernels loop over
+configurations. Positions in m, angles in rad, everything in the base frame, float64.
+
+Frames are the tuples of `robots.frames`.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
 from robots.chain import Chain
+from robots.frames import (
+    constant_frame,
+    multiplied,
+    quaternion_of,
+    slid,
+    store_frame,
+    turned,
+)
+from robots.trigonometry import sine_cosine
 
 Array = NDArray[np.float64]
 
+# Configurations per pass over the sines and cosines; a multiple of every vector width.
+BLOCK = 64
+# Configurations per thread and turn: long enough to outweigh starting a thread.
+PARALLEL_BLOCK = 1024
+
 
 @njit(cache=True, inline="always")
-def apply_joint(R, p, prismatic, position):  # type: ignore[no-untyped-def]
-    """Move a frame, in place, by its joint: turn about its z axis or slide along it.
+def add_column(J, column, frame, prismatic, scale):  # type: ignore[no-untyped-def]
+    """Add a joint to the Jacobian at the origin of the base, from its frame before it moves.
 
     Args:
-        R: (3, 3) rotation of the frame.
-        p: (3,) origin of the frame, m.
+        J: (6, dof), linear rows first.
+        column: The variable that drives the joint.
+        frame: Frame tuple of the joint, its axis is z.
         prismatic: Whether the joint slides.
-        position: Joint position, rad or m.
+        scale: Joint movement per movement of the variable.
     """
+    zx, zy, zz = scale * frame[2], scale * frame[5], scale * frame[8]
     if prismatic:
-        for row in range(3):
-            p[row] += R[row, 2] * position
+        J[0, column] += zx
+        J[1, column] += zy
+        J[2, column] += zz
     else:
-        sine, cosine = math.sin(position), math.cos(position)
-        for row in range(3):
-            x, y = R[row, 0], R[row, 1]
-            R[row, 0] = cosine * x + sine * y
-            R[row, 1] = cosine * y - sine * x
+        x, y, z = frame[9], frame[10], frame[11]
+        J[0, column] += y * zz - z * zy
+        J[1, column] += z * zx - x * zz
+        J[2, column] += x * zy - y * zx
+        J[3, column] += zx
+        J[4, column] += zy
+        J[5, column] += zz
 
 
 @njit(cache=True, inline="always")
-def apply_constant(R, p, rotation, translation):  # type: ignore[no-untyped-def]
-    """Multiply a frame, in place, by a constant transform on its right.
-
-    Args:
-        R: (3, 3) rotation of the frame.
-        p: (3,) origin of the frame, m.
-        rotation: (3, 3) of the constant transform.
-        translation: (3,) of the constant transform, m.
-    """
-    for row in range(3):
-        x, y, z = R[row, 0], R[row, 1], R[row, 2]
-        p[row] += x * translation[0] + y * translation[1] + z * translation[2]
-        for column in range(3):
-            R[row, column] = (
-                x * rotation[0, column] + y * rotation[1, column] + z * rotation[2, column]
-            )
+def move_to_tip(J, x, y, z):  # type: ignore[no-untyped-def]
+    """Turn a Jacobian at the origin of the base into the one at the point x, y, z, in place."""
+    for column in range(J.shape[1]):
+        wx, wy, wz = J[3, column], J[4, column], J[5, column]
+        J[0, column] += wy * z - wz * y
+        J[1, column] += wz * x - wx * z
+        J[2, column] += wx * y - wy * x
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"})
 def tip_frame(chain, q, R, p):  # type: ignore[no-untyped-def]
     """Pose of the tip for one configuration.
 
@@ -68,17 +78,25 @@ def tip_frame(chain, q, R, p):  # type: ignore[no-untyped-def]
         R: (3, 3) receives the rotation of the tip.
         p: (3,) receives the position of the tip, m.
     """
-    R[:] = chain.rotations[0]
-    p[:] = chain.translations[0]
+    frame = constant_frame(chain.rotations[0], chain.translations[0])
     for k in range(chain.prismatic.shape[0]):
         position = chain.multiplier[k] * q[chain.variable[k]] + chain.offset[k]
-        apply_joint(R, p, chain.prismatic[k], position)
-        apply_constant(R, p, chain.rotations[k + 1], chain.translations[k + 1])
+        if chain.prismatic[k]:
+            frame = slid(frame, position)
+        else:
+            sine, cosine = sine_cosine(position)
+            frame = turned(frame, sine, cosine)
+        frame = multiplied(frame, chain.rotations[k + 1], chain.translations[k + 1])
+    store_frame(frame, R, p)
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"})
 def tip_frame_and_jacobian(chain, q, R, p, J):  # type: ignore[no-untyped-def]
     """Pose of the tip and its geometric Jacobian for one configuration.
+
+    Column of a turning joint with axis z and origin o: (z x (p - o), z); of a sliding one: (z, 0)
+    (Siciliano et al., "Robotics: Modelling, Planning and Control", section 3.1.3). It is summed
+    up as z x p + o x z, so that nothing but J has to be remembered on the way to the tip.
 
     Args:
         chain: The `Chain`.
@@ -86,70 +104,44 @@ def tip_frame_and_jacobian(chain, q, R, p, J):  # type: ignore[no-untyped-def]
         R: (3, 3) receives the rotation of the tip.
         p: (3,) receives the position of the tip, m.
         J: (6, dof) receives the Jacobian at the tip in axes of the base, linear rows first:
-            J qdot = (velocity of the tip, angular velocity). Column of a turning joint with
-            axis z and origin o: (z x (p - o), z); of a sliding one: (z, 0). Siciliano et al.,
-            "Robotics: Modelling, Planning and Control", section 3.1.3.
+            J qdot = (velocity of the tip, angular velocity).
     """
-    joints = chain.prismatic.shape[0]
-    axes = np.empty((joints, 3))
-    origins = np.empty((joints, 3))
-    R[:] = chain.rotations[0]
-    p[:] = chain.translations[0]
-    for k in range(joints):
-        for row in range(3):
-            axes[k, row] = R[row, 2]
-            origins[k, row] = p[row]
-        position = chain.multiplier[k] * q[chain.variable[k]] + chain.offset[k]
-        apply_joint(R, p, chain.prismatic[k], position)
-        apply_constant(R, p, chain.rotations[k + 1], chain.translations[k + 1])
     J[:] = 0.0
-    for k in range(joints):
-        column, scale = chain.variable[k], chain.multiplier[k]
-        zx, zy, zz = scale * axes[k, 0], scale * axes[k, 1], scale * axes[k, 2]
+    frame = constant_frame(chain.rotations[0], chain.translations[0])
+    for k in range(chain.prismatic.shape[0]):
+        add_column(J, chain.variable[k], frame, chain.prismatic[k], chain.multiplier[k])
+        position = chain.multiplier[k] * q[chain.variable[k]] + chain.offset[k]
         if chain.prismatic[k]:
-            J[0, column] += zx
-            J[1, column] += zy
-            J[2, column] += zz
-            continue
-        dx, dy, dz = p[0] - origins[k, 0], p[1] - origins[k, 1], p[2] - origins[k, 2]
-        J[0, column] += zy * dz - zz * dy
-        J[1, column] += zz * dx - zx * dz
-        J[2, column] += zx * dy - zy * dx
-        J[3, column] += zx
-        J[4, column] += zy
-        J[5, column] += zz
+            frame = slid(frame, position)
+        else:
+            sine, cosine = sine_cosine(position)
+            frame = turned(frame, sine, cosine)
+        frame = multiplied(frame, chain.rotations[k + 1], chain.translations[k + 1])
+    store_frame(frame, R, p)
+    move_to_tip(J, p[0], p[1], p[2])
 
 
-@njit(cache=True)
-def quaternion_of(R, quaternion):  # type: ignore[no-untyped-def]
-    """Canonical unit quaternion of a rotation, after Shepperd (1978).
+@njit(cache=True, fastmath={"contract"})
+def joint_positions(chain, joints, positions, sines, cosines):  # type: ignore[no-untyped-def]
+    """Positions of the m driven joints of a block of configurations, with sine and cosine.
 
     Args:
-        R: (3, 3) rotation.
-        quaternion: (4,) receives w x y z, w >= 0.
+        chain: The `Chain`.
+        joints: (N, dof), N at most `BLOCK`, rad or m.
+        positions: (BLOCK m,) receives the joint positions, configuration by configuration.
+        sines: (BLOCK m,) receives their sines.
+        cosines: (BLOCK m,) receives their cosines.
     """
-    trace = R[0, 0] + R[1, 1] + R[2, 2]
-    if trace > R[0, 0] and trace > R[1, 1] and trace > R[2, 2]:
-        w, x, y, z = 1 + trace, R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
-    elif R[0, 0] >= R[1, 1] and R[0, 0] >= R[2, 2]:
-        w, x = R[2, 1] - R[1, 2], 1 + R[0, 0] - R[1, 1] - R[2, 2]
-        y, z = R[1, 0] + R[0, 1], R[0, 2] + R[2, 0]
-    elif R[1, 1] >= R[2, 2]:
-        w, y = R[0, 2] - R[2, 0], 1 - R[0, 0] + R[1, 1] - R[2, 2]
-        x, z = R[1, 0] + R[0, 1], R[2, 1] + R[1, 2]
-    else:
-        w, z = R[1, 0] - R[0, 1], 1 - R[0, 0] - R[1, 1] + R[2, 2]
-        x, y = R[0, 2] + R[2, 0], R[2, 1] + R[1, 2]
-    scale = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
-    if w < 0.0:
-        scale = -scale
-    quaternion[0] = w * scale
-    quaternion[1] = x * scale
-    quaternion[2] = y * scale
-    quaternion[3] = z * scale
+    m = chain.prismatic.shape[0]
+    for i in range(joints.shape[0]):
+        for k in range(m):
+            value = joints[i, chain.variable[k]]
+            positions[i * m + k] = chain.multiplier[k] * value + chain.offset[k]
+    for j in range(joints.shape[0] * m):
+        sines[j], cosines[j] = sine_cosine(positions[j])
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"})
 def poses_kernel(chain, joints, poses):  # type: ignore[no-untyped-def]
     """Tip poses of a batch on one thread.
 
@@ -158,14 +150,26 @@ def poses_kernel(chain, joints, poses):  # type: ignore[no-untyped-def]
         joints: (N, dof), rad or m.
         poses: (N, 7) receives x y z, qw qx qy qz.
     """
-    R, p = np.empty((3, 3)), np.empty(3)
-    for i in range(joints.shape[0]):
-        tip_frame(chain, joints[i], R, p)
-        poses[i, :3] = p
-        quaternion_of(R, poses[i, 3:])
+    m = chain.prismatic.shape[0]
+    positions, sines, cosines = np.empty(BLOCK * m), np.empty(BLOCK * m), np.empty(BLOCK * m)
+    R = np.empty((3, 3))
+    for start in range(0, joints.shape[0], BLOCK):
+        stop = min(start + BLOCK, joints.shape[0])
+        joint_positions(chain, joints[start:stop], positions, sines, cosines)
+        for i in range(start, stop):
+            frame = constant_frame(chain.rotations[0], chain.translations[0])
+            for k in range(m):
+                j = (i - start) * m + k
+                if chain.prismatic[k]:
+                    frame = slid(frame, positions[j])
+                else:
+                    frame = turned(frame, sines[j], cosines[j])
+                frame = multiplied(frame, chain.rotations[k + 1], chain.translations[k + 1])
+            store_frame(frame, R, poses[i])
+            quaternion_of(R, poses[i, 3:])
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"})
 def jacobians_kernel(chain, joints, poses, jacobians):  # type: ignore[no-untyped-def]
     """Tip poses and Jacobians of a batch on one thread.
 
@@ -175,19 +179,35 @@ def jacobians_kernel(chain, joints, poses, jacobians):  # type: ignore[no-untype
         poses: (N, 7) receives x y z, qw qx qy qz.
         jacobians: (N, 6, dof) receives the Jacobians.
     """
-    R, p = np.empty((3, 3)), np.empty(3)
-    for i in range(joints.shape[0]):
-        tip_frame_and_jacobian(chain, joints[i], R, p, jacobians[i])
-        poses[i, :3] = p
-        quaternion_of(R, poses[i, 3:])
+    m = chain.prismatic.shape[0]
+    positions, sines, cosines = np.empty(BLOCK * m), np.empty(BLOCK * m), np.empty(BLOCK * m)
+    R = np.empty((3, 3))
+    jacobians[:] = 0.0
+    for start in range(0, joints.shape[0], BLOCK):
+        stop = min(start + BLOCK, joints.shape[0])
+        joint_positions(chain, joints[start:stop], positions, sines, cosines)
+        for i in range(start, stop):
+            J = jacobians[i]
+            frame = constant_frame(chain.rotations[0], chain.translations[0])
+            for k in range(m):
+                j = (i - start) * m + k
+                add_column(J, chain.variable[k], frame, chain.prismatic[k], chain.multiplier[k])
+                if chain.prismatic[k]:
+                    frame = slid(frame, positions[j])
+                else:
+                    frame = turned(frame, sines[j], cosines[j])
+                frame = multiplied(frame, chain.rotations[k + 1], chain.translations[k + 1])
+            store_frame(frame, R, poses[i])
+            quaternion_of(R, poses[i, 3:])
+            move_to_tip(J, poses[i, 0], poses[i, 1], poses[i, 2])
 
 
 @njit(cache=True, parallel=True)
 def poses_kernel_parallel(chain, joints, poses):  # type: ignore[no-untyped-def]
     """Compute `poses_kernel` on all threads of numba; the results are bitwise the same."""
-    block = 1024
-    for b in prange((joints.shape[0] + block - 1) // block):
-        rows = slice(b * block, min((b + 1) * block, joints.shape[0]))
+    for b in prange((joints.shape[0] + PARALLEL_BLOCK - 1) // PARALLEL_BLOCK):
+        stop = min((b + 1) * PARALLEL_BLOCK, joints.shape[0])
+        rows = slice(b * PARALLEL_BLOCK, stop)
         poses_kernel(chain, joints[rows], poses[rows])
 
 
