@@ -1,0 +1,75 @@
+"""BioIK, re-implemented from its publications as a compiled solver on one thread."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from baselines import bio_ik_kernel
+from baselines.bio_ik_kernel import BioOptions
+from baselines.errors import SettingError
+from baselines.protocol import OUT_OF_ITERATIONS, OUT_OF_TIME, Budget, Solution, Solver
+
+if TYPE_CHECKING:
+    from robots import Robot
+
+# Without an iteration limit the time limit ends a query; this one is never reached.
+UNLIMITED = 2**62
+REASONS = {
+    bio_ik_kernel.FOUND: "",
+    bio_ik_kernel.OUT_OF_ITERATIONS: OUT_OF_ITERATIONS,
+    bio_ik_kernel.OUT_OF_TIME: OUT_OF_TIME,
+}
+
+
+class BioIk(Solver):
+    """Memetic evolution of joint configurations; an iteration is one step of one species.
+
+    The paper's BioIK is the authors' C++ code inside MoveIt, on four threads; this one is ours
+    and runs on one.
+
+    Args:
+        robot: The robot to solve for.
+        time_s: Wall-clock budget per pose where `solve` gets none [s].
+        iterations: Iteration budget per pose where `solve` gets none.
+        **options: The other fields of `BioOptions`.
+    """
+
+    def __init__(
+        self, robot: Robot, *, time_s: float | None, iterations: int | None, **options: Any
+    ) -> None:
+        super().__init__(robot, time_s=time_s, iterations=iterations)
+        self._options = BioOptions(**options, iterations=UNLIMITED, time_ns=0)
+        counts = ("species", "children", "generations", "patience")
+        if min(getattr(self._options, field) for field in counts) < 1:
+            raise SettingError(f"bio_ik: {', '.join(counts)} must each be at least 1")
+
+    def _solve_batch(
+        self,
+        poses: NDArray[np.float64],
+        initial: NDArray[np.float64],
+        budget: Budget | None,
+    ) -> Solution:
+        budget = budget or Budget(iterations=UNLIMITED)
+        options = self._options._replace(
+            iterations=UNLIMITED if budget.iterations is None else budget.iterations,
+            time_ns=0 if budget.time_s is None else max(1, int(budget.time_s * 1e9)),
+        )
+        count = len(poses)
+        joints = np.zeros((count, self.robot.dof))
+        status, steps, time_ns = (np.zeros(count, dtype=np.int64) for _ in range(3))
+        bio_ik_kernel.evolve_rows(
+            self.robot.chain,
+            poses,
+            np.ascontiguousarray(initial),
+            options,
+            joints,
+            status,
+            steps,
+            time_ns,
+        )
+        reasons = tuple(REASONS[code] for code in status.tolist())
+        found = status == bio_ik_kernel.FOUND
+        return Solution(joints, found, time_ns * 1e-9, steps, reasons)
