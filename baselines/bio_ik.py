@@ -72,4 +72,4 @@ class BioIk(Solver):
         )
         reasons = tuple(REASONS[code] for code in status.tolist())
         found = status == bio_ik_kernel.FOUND
-        return Solution(joints, found, time_ns * 1e-9, steps, reasons)
+        return Solution(joints, found, np.asarray(time_ns * 1e-9), steps, reasons)
