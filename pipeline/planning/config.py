@@ -33,12 +33,14 @@ class TimingConfig:
 
     speed: float = MISSING  # share of the velocity limits
     rate: float = MISSING  # Hz
+    pause_s: float = MISSING  # s at rest after a motion
 
     def __post_init__(self) -> None:
         """Refuse speeds beyond the limits."""
         positive("timing.speed", self.speed)
         within("timing.speed", self.speed, 0.0, 1.0)
         positive("timing.rate", self.rate)
+        at_least("timing.pause_s", self.pause_s, 0)
 
 
 @dataclass

@@ -91,14 +91,18 @@ def plan_motion(
 ) -> Motion:
     """Plan a motion of the tip with one batched inverse-kinematics query.
 
+    The two ends are solved first, and the batch is seeded with the straight way between their
+    joints: neighbouring seeds keep an iterative solver on one branch of solutions. A solver that
+    takes no seed is not changed by that.
+
     No obstacle is avoided, as in the paper: clearance comes from the control points.
 
     Args:
         robot: The robot.
         solver: Solver for the whole batch of poses.
-        start: Start pose (7,) or joint positions (dof,). Joints are kept as the first waypoint and
-            seed the query; from a pose the query is seeded with the robot's home configuration.
-        target: Target pose (7,) or joint positions (dof,), of which only the pose is used.
+        start: Start pose (7,) or joint positions (dof,), which are kept as the first waypoint; a
+            start pose is solved from the robot's home configuration.
+        target: Target pose (7,) or joint positions (dof,), which are kept as the last waypoint.
         control_points: Inner control points, base frame [m], shape (n, 3).
         steps: Number of poses, both ends included, at least 2.
         control_rotations: Inner key rotations, unit quaternions, shape (m, 4).
@@ -111,17 +115,32 @@ def plan_motion(
     Raises:
         ValueError: If start or target is neither a pose nor a joint vector of this robot.
     """
-    first, seed = _end(robot, "start", start)
-    last, _ = _end(robot, "target", target)
+    first, first_joints = _end(robot, "start", start)
+    last, last_joints = _end(robot, "target", target)
     begin = time.perf_counter()
     poses = tip_path(first, last, control_points, steps, control_rotations)
-    solution = solver.solve(poses, initial=robot.home if seed is None else seed)
+    ends = solver.solve(
+        poses[[0, -1]], initial=robot.home if first_joints is None else first_joints
+    )
+    given = [joints is not None for joints in (first_joints, last_joints)]
+    fixed = [
+        found if joints is None else joints
+        for found, joints in zip(ends.joints, (first_joints, last_joints), strict=True)
+    ]
+    solution = solver.solve(poses, initial=_straight_way(*fixed, steps))
     joints, found = np.array(solution.joints), np.array(solution.found)
-    if seed is not None:
-        joints[0], found[0] = seed, True
+    for i, end in zip((0, -1), fixed, strict=True):
+        if given[i]:
+            joints[i], found[i] = end, True
     if repair is not None:
         joints, found = repair_jumps(robot, repair, joints, poses, found)
     return _judged(robot, poses, joints, found, time.perf_counter() - begin)
+
+
+def _straight_way(first: Array, last: Array, steps: int) -> Array:
+    """Joints evenly from one configuration to another, shape (steps, dof)."""
+    k = path_parameter(steps)[:, None]
+    return (1.0 - k) * first + k * last
 
 
 def _end(robot: Robot, name: str, value: ArrayLike) -> tuple[Array, Array | None]:

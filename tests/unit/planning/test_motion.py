@@ -56,7 +56,7 @@ TARGET = np.array([0.2, 0.6, 0.0, *UP])
 def test_fifty_poses_are_one_query():
     solver = Elbow()
     motion = plan_motion(ROBOT, solver, START, TARGET, steps=50)
-    assert solver.calls == [50]
+    assert solver.calls == [2, 50]  # its two ends, for seeds, then the whole path
     assert motion.poses.shape == (50, 7)
     assert motion.joints.shape == (50, 2)
     assert motion.found.all()
@@ -86,6 +86,13 @@ def test_start_joints_are_the_first_waypoint():
     motion = plan_motion(ROBOT, Elbow(), start, TARGET)
     assert_allclose(motion.joints[0], start)
     assert_allclose(motion.poses[0], ROBOT.forward_kinematics(start)[0])
+
+
+def test_target_joints_are_the_last_waypoint():
+    target = np.array([0.9, 0.7])
+    motion = plan_motion(ROBOT, Elbow(), START, target)
+    assert_allclose(motion.joints[-1], target)
+    assert_allclose(motion.poses[-1], ROBOT.forward_kinematics(target)[0])
 
 
 def test_out_of_reach_is_reported_not_raised():

@@ -1,0 +1,211 @@
+"""Types of the `grasp` group; conf/grasp owns the values and comments every key with its unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from omegaconf import MISSING
+
+from pipeline.checks import at_least, one_of, positive, within
+from pipeline.planning.config import MotionConfig, TimingConfig
+
+SHAPES = ("sphere", "capsule", "cylinder", "box")
+VIDEOS = ("none", "first", "classes", "all")
+MOTIONS = ("approach", "lift", "transfer", "homeward")
+
+
+@dataclass
+class EngineConfig:
+    """The physics engine and its accuracy."""
+
+    rate: float = MISSING  # Hz
+    iterations: int = MISSING
+    settle_s: float = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse coarse physics: what is held would then depend on the step."""
+        at_least("grasp.engine.rate", self.rate, 60)
+        at_least("grasp.engine.iterations", self.iterations, 10)
+        at_least("grasp.engine.settle_s", self.settle_s, 0)
+
+
+@dataclass
+class PartConfig:
+    """One primitive of an object."""
+
+    shape: str = MISSING
+    size: list[float] = MISSING  # m: radius | radius, length | radius, length | x, y, z
+    position: list[float] = MISSING  # m, object frame
+    rotation: list[float] = MISSING  # deg, roll pitch yaw, object frame
+    colour: list[float] = MISSING  # red, green, blue, alpha
+
+    def __post_init__(self) -> None:
+        """Refuse unknown shapes and a size that does not fit the shape."""
+        one_of("grasp.objects: shape", self.shape, SHAPES)
+        numbers = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3}
+        if self.shape in numbers and len(self.size) != numbers[self.shape]:
+            raise ValueError(
+                f"grasp.objects: the size of a {self.shape} has {numbers[self.shape]} numbers [m], "
+                f"got {list(self.size)}"
+            )
+
+
+@dataclass
+class ObjectConfig:
+    """A thing to grasp, built from primitives."""
+
+    mass: float = MISSING  # kg
+    friction: float = MISSING
+    rolling_friction: float = MISSING
+    spinning_friction: float = MISSING
+    stiffness: float | None = None  # N/m
+    damping: float | None = None  # N s/m
+    height: float = MISSING  # m
+    yaw: float | None = None  # deg
+    parts: list[PartConfig] = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse things without mass or size."""
+        positive("grasp.objects: mass", self.mass)
+        positive("grasp.objects: height", self.height)
+        at_least("grasp.objects: friction", self.friction, 0)
+        if (self.stiffness is None) != (self.damping is None):
+            raise ValueError("grasp.objects: give stiffness and damping both, or neither")
+
+
+@dataclass
+class TableConfig:
+    """The table; without a size the robot's own description has it."""
+
+    height: float = MISSING  # m, base frame
+    centre: list[float] | None = None  # m
+    size: list[float] | None = None  # m
+    friction: float = MISSING
+
+
+@dataclass
+class BinConfig:
+    """An open box."""
+
+    centre: list[float] = MISSING  # m, base frame
+    size: list[float] = MISSING  # m, outside
+    floor: float = MISSING  # m, base frame
+    wall: float = MISSING  # m
+
+    def __post_init__(self) -> None:
+        """Refuse boxes without a hollow."""
+        if isinstance(self.wall, float):
+            positive("grasp.scenes: bins: wall", self.wall)
+            within("grasp.scenes: bins: wall", self.wall, 0.0, min(self.size[:2]) / 2)
+
+
+@dataclass
+class AreaConfig:
+    """Where objects are laid: rows in depth, spread over the width."""
+
+    x: list[float] = MISSING  # m, from and to
+    y: list[float] = MISSING  # m, from and to
+    row_step: float = MISSING  # m
+
+    def __post_init__(self) -> None:
+        """Refuse empty areas."""
+        positive("grasp.scenes: area.row_step", self.row_step)
+
+
+@dataclass
+class GripConfig:
+    """How the hand comes to an object."""
+
+    rotation: list[float] = MISSING  # deg, roll pitch yaw of the tip at yaw 0
+    pivot: list[float] | None = None  # m
+    tilts: list[float] = MISSING  # deg
+    yaws: list[float] = MISSING  # deg
+    offset: list[float] = MISSING  # m
+    floor: float = MISSING  # m
+    depth: float = MISSING  # m
+    tolerance: float = MISSING  # m
+    lift: float = MISSING  # m
+    release: float = MISSING  # m
+
+
+@dataclass
+class HandConfig:
+    """How the fingers move."""
+
+    tension: float = MISSING  # N
+    speed: float = MISSING  # rad/s or m/s
+    ratios: list[float] = MISSING
+    preshape: dict[str, float] = field(default_factory=dict)  # rad
+    friction: float = MISSING
+    close_s: float = MISSING  # s
+    stall_speed: float = MISSING  # rad/s or m/s
+    stall_s: float = MISSING  # s
+    open_s: float = MISSING  # s
+
+    def __post_init__(self) -> None:
+        """Refuse hands that push."""
+        at_least("grasp.scenes: hand.tension", self.tension, 0)
+        at_least("grasp.scenes: hand.speed", self.speed, 0)
+
+
+@dataclass
+class CameraConfig:
+    """The camera of the videos."""
+
+    target: list[float] = MISSING  # m, base frame
+    distance: float = MISSING  # m
+    yaw: float = MISSING  # deg
+    pitch: float = MISSING  # deg
+
+
+@dataclass
+class SceneConfig:
+    """A robot's table, bins, objects and grip."""
+
+    objects: list[str] = MISSING
+    table: TableConfig = field(default_factory=TableConfig)
+    bins: dict[str, BinConfig] = MISSING
+    area: AreaConfig = field(default_factory=AreaConfig)
+    grip: GripConfig = field(default_factory=GripConfig)
+    hand: HandConfig = field(default_factory=HandConfig)
+    camera: CameraConfig = field(default_factory=CameraConfig)
+
+
+@dataclass
+class VideoConfig:
+    """Size and speed of the videos."""
+
+    width: int = MISSING  # pixels
+    height: int = MISSING  # pixels
+    rate: float = MISSING  # Hz, of the simulated time
+
+
+@dataclass
+class GraspConfig:
+    """The grasp experiment."""
+
+    trials: int = MISSING
+    solver: str = MISSING
+    repair: str | None = None
+    gui: bool = MISSING
+    video: str = MISSING
+    position_error: float = MISSING  # m
+    lifted: float = MISSING  # m
+    engine: EngineConfig = field(default_factory=EngineConfig)
+    timing: TimingConfig = field(default_factory=TimingConfig)
+    motions: dict[str, MotionConfig] = MISSING
+    recording: VideoConfig = field(default_factory=VideoConfig)
+    objects: dict[str, ObjectConfig] = MISSING
+    scenes: dict[str, SceneConfig] = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse an experiment without trials, unknown objects and missing motions."""
+        positive("grasp.trials", self.trials)
+        at_least("grasp.position_error", self.position_error, 0)
+        one_of("grasp.video", self.video, VIDEOS)
+        if isinstance(self.motions, dict) and set(self.motions) != set(MOTIONS):
+            raise ValueError(f"grasp.motions must be {', '.join(MOTIONS)}, got {[*self.motions]}")
+        if isinstance(self.scenes, dict) and isinstance(self.objects, dict):
+            for robot, scene in self.scenes.items():
+                for name in scene.objects:
+                    one_of(f"grasp.scenes.{robot}.objects", name, sorted(self.objects))

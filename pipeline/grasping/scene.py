@@ -1,0 +1,180 @@
+"""The simulated world of one trial: table, bins, robot and the thing to grasp."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pybullet
+from numpy.typing import ArrayLike, NDArray
+from pybullet_utils.bullet_client import BulletClient
+
+from pipeline.grasping.config import BinConfig, EngineConfig, ObjectConfig, SceneConfig
+from pipeline.grasping.errors import GraspError
+from pipeline.grasping.hand import Hand
+from pipeline.grasping.shapes import make_bin, make_object, make_table
+
+if TYPE_CHECKING:
+    from robots import Robot
+
+Array = NDArray[np.float64]
+GRAVITY = 9.81  # m/s^2
+GOAL_GAIN = 0.2  # share of the position error removed in a step; higher gains ring
+
+
+class Scene:
+    """A robot at its table.
+
+    The world frame is the robot's base frame. After `settle` nothing is put anywhere any more:
+    everything moves by forces of joints and contacts alone.
+
+    Attributes:
+        client: PyBullet client.
+        hand: The robot's hand.
+        thing: PyBullet's number of the body to grasp.
+        time_s: Simulated time [s].
+        on_step: Called after every step, for cameras.
+    """
+
+    def __init__(
+        self, robot: Robot, config: SceneConfig, engine: EngineConfig, gui: bool = False
+    ) -> None:
+        """Build the world without the thing to grasp.
+
+        Raises:
+            GraspError: If the robot has no hand or its base does not carry its whole body.
+        """
+        if robot.description.hand is None:
+            raise GraspError(f"robot '{robot.name}' has no hand in its robot.yaml: it cannot grasp")
+        self.robot, self.config, self.engine = robot, config, engine
+        self.client: Any = BulletClient(pybullet.GUI if gui else pybullet.DIRECT)
+        self.client.setGravity(0.0, 0.0, -GRAVITY)
+        self.client.setPhysicsEngineParameter(
+            fixedTimeStep=1.0 / engine.rate,
+            numSolverIterations=engine.iterations,
+            deterministicOverlappingPairs=1,
+        )
+        make_table(self.client, config.table)
+        for box in config.bins.values():
+            make_bin(self.client, box)
+        self._load_robot()
+        self.thing = -1
+        self.time_s = 0.0
+        self.on_step: Callable[[], None] | None = None
+
+    def __enter__(self) -> Scene:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.client.disconnect()
+
+    def lay(self, thing: ObjectConfig, place: ArrayLike, yaw: float) -> None:
+        """Lay the thing to grasp on the table.
+
+        Args:
+            thing: What to lay.
+            place: x and y, base frame [m].
+            yaw: Rotation about the vertical [rad].
+        """
+        self.thing = make_object(self.client, thing, place, yaw, self.config.table.height)
+
+    def step(self) -> None:
+        """Advance the simulation by one step."""
+        self.client.stepSimulation()
+        self.time_s += 1.0 / self.engine.rate
+        if self.on_step is not None:
+            self.on_step()
+
+    def wait(self, seconds: float) -> None:
+        """Let time go by."""
+        for _ in range(round(seconds * self.engine.rate)):
+            self.step()
+
+    def command(self, joints: Array, velocities: Array | None = None) -> None:
+        """Drive the arm towards joint positions with no more than its rated efforts.
+
+        Args:
+            joints: Positions [rad or m], shape (dof,).
+            velocities: Speeds to have there [rad/s or m/s], shape (dof,); none is rest.
+        """
+        self.client.setJointMotorControlArray(
+            self.body,
+            self.arm,
+            pybullet.POSITION_CONTROL,
+            targetPositions=joints,
+            targetVelocities=np.zeros(len(joints)) if velocities is None else velocities,
+            forces=self.effort,
+            positionGains=[GOAL_GAIN] * len(joints),
+            velocityGains=[1.0] * len(joints),
+        )
+
+    def joints(self) -> Array:
+        """Where the arm's joints are [rad or m], shape (dof,)."""
+        return np.array([state[0] for state in self.client.getJointStates(self.body, self.arm)])
+
+    def thing_position(self) -> Array:
+        """Centre of the thing, base frame [m], shape (3,)."""
+        return np.array(self.client.getBasePositionAndOrientation(self.thing)[0])
+
+    def thing_velocity(self) -> float:
+        """Speed of the thing [m/s]."""
+        return float(np.linalg.norm(self.client.getBaseVelocity(self.thing)[0]))
+
+    def bin_of_thing(self) -> str | None:
+        """Name of the bin that the thing lies in, if any."""
+        position = self.thing_position()
+        for name, box in self.config.bins.items():
+            if inside(box, position):
+                return name
+        return None
+
+    def _load_robot(self) -> None:
+        robot = self.robot
+        self.body = self.client.loadURDF(str(robot.urdf_path), useFixedBase=True)
+        joints: dict[str, int] = {}
+        efforts: dict[int, float] = {}
+        for index in range(self.client.getNumJoints(self.body)):
+            info = self.client.getJointInfo(self.body, index)
+            joints[info[1].decode()] = index
+            efforts[index] = info[10]
+        root = self.client.getBodyInfo(self.body)[0].decode()
+        if root != robot.base:
+            raise GraspError(
+                f"the grasp scene expects the base of '{robot.name}' to be the URDF's root "
+                f"'{root}', got '{robot.base}'"
+            )
+        self.arm = [joints[name] for name in robot.joint_names]
+        self.effort = [efforts[index] for index in self.arm]
+        self._pose_body(joints, efforts)
+        description = robot.description.hand
+        assert description is not None
+        self.hand = Hand(self.client, self.body, joints, description, self.config.hand)
+        self.hand.reset_open()
+        self.command(robot.home)
+
+    def _pose_body(self, joints: dict[str, int], efforts: dict[int, float]) -> None:
+        """Start at home, every other joint held in its posture."""
+        home = dict(zip(self.arm, self.robot.home, strict=True))
+        posture = {joints[name]: at for name, at in self.robot.description.posture.items()}
+        for name, index in joints.items():
+            if self.client.getJointInfo(self.body, index)[2] == pybullet.JOINT_FIXED:
+                continue
+            position = home.get(index, posture.get(index, 0.0))
+            self.client.resetJointState(self.body, joints[name], position)
+            self.client.setJointMotorControl2(
+                self.body,
+                index,
+                pybullet.POSITION_CONTROL,
+                targetPosition=position,
+                force=efforts[index],
+            )
+
+
+def inside(box: BinConfig, position: ArrayLike) -> bool:
+    """Whether a point is within the walls and not above the rim of a bin."""
+    offset = np.asarray(position, dtype=np.float64) - [*box.centre, box.floor]
+    length, width, height = box.size
+    return bool(
+        abs(offset[0]) < 0.5 * length and abs(offset[1]) < 0.5 * width and 0 < offset[2] < height
+    )

@@ -1,0 +1,208 @@
+"""One grasp trial: where the thing lies, what the robot does, which class comes of it."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.grasping.config import GraspConfig, SceneConfig
+from pipeline.grasping.errors import GraspError
+from pipeline.grasping.grip import tip_yaw
+from pipeline.grasping.primitive import Primitive, Report
+from pipeline.grasping.scene import Scene
+from pipeline.seeding import derive_seed
+
+if TYPE_CHECKING:
+    from baselines import Solver
+    from pipeline.grasping.video import Recorder
+    from robots import Robot
+
+SUCCESS, SLIPPED, NOT_GRASPED = "Success", "Slipped", "Not Grasped"
+DETECTION, LANGUAGE = "Detection", "LLM"  # classes of the paper that need perception and an agent
+CLASSES = (SUCCESS, SLIPPED, NOT_GRASPED, DETECTION, LANGUAGE)
+
+PUSHED_AWAY = 0.03  # m that a thing moved before the fingers closed, to be the reason of a failure
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is laid where in one trial.
+
+    Attributes:
+        number: Number of the trial, from 0.
+        row: Row of the action area, from 0 at the near side.
+        name: Which thing.
+        place: x and y of its centre, base frame [m].
+        yaw: Its rotation about the vertical [rad].
+        error: Error injected into the place that the robot is told [m], shape (2,).
+    """
+
+    number: int
+    row: int
+    name: str
+    place: tuple[float, float]
+    yaw: float
+    error: NDArray[np.float64]
+
+
+def trial_setup(config: GraspConfig, robot: str, number: int, seed: int) -> Setup:
+    """Lay out a trial by its number alone, so that each can be run by itself.
+
+    As in the paper, all things of the set stand on a row, spread over the width, and rows advance
+    over the depth; their order on a row and the exact place in their share of it are drawn.
+
+    Args:
+        config: The experiment; its scene has the area and the things.
+        robot: Name of the robot, part of the seed.
+        number: Number of the trial, from 0.
+        seed: Root seed.
+
+    Returns:
+        What to lay where.
+    """
+    scene = required_scene(config, robot)
+    names, area = list(scene.objects), scene.area
+    rows = int(np.floor((area.x[1] - area.x[0]) / area.row_step + 1e-9)) + 1
+    round_number, slot = divmod(number, len(names))
+    row = round_number % rows
+    order = np.random.default_rng(derive_seed(seed, "grasp", robot, "row", round_number))
+    name = names[order.permutation(len(names))[slot]]
+    draw = np.random.default_rng(derive_seed(seed, "grasp", robot, "trial", number))
+    share = (slot + draw.uniform(0.1, 0.9)) / len(names)
+    place = (area.x[0] + row * area.row_step, area.y[0] + share * (area.y[1] - area.y[0]))
+    turn = draw.uniform(-180.0, 180.0)
+    fixed = config.objects[name].yaw
+    yaw = turn if fixed is None else tip_yaw(scene, place) + fixed
+    angle = draw.uniform(0.0, 2.0 * np.pi)
+    error = config.position_error * np.array([np.cos(angle), np.sin(angle)])
+    return Setup(number, row, name, place, float(np.deg2rad(yaw)), error)
+
+
+def required_scene(config: GraspConfig, robot: str) -> SceneConfig:
+    """The scene of a robot.
+
+    Raises:
+        GraspError: If there is none.
+    """
+    if robot not in config.scenes:
+        raise GraspError(
+            f"there is no grasp scene for robot '{robot}'; there are {', '.join(config.scenes)}. "
+            "Add one to conf/grasp/scene and its line to conf/grasp/default.yaml"
+        )
+    return config.scenes[robot]
+
+
+def run_trial(
+    config: GraspConfig,
+    robot: Robot,
+    solver: Solver,
+    number: int,
+    seed: int,
+    repair: Solver | None = None,
+    recorder: Recorder | None = None,
+) -> dict[str, Any]:
+    """Run one trial from an empty table to a class.
+
+    Args:
+        config: The experiment.
+        robot: The robot.
+        solver: Inverse kinematics of its motions.
+        number: Number of the trial, from 0; with the seed it fixes everything.
+        seed: Root seed.
+        repair: Solver that mends waypoints from their neighbours.
+        recorder: Films the trial.
+
+    Returns:
+        One raw row: what was laid where, the class and its reason, errors, contacts, times.
+
+    Raises:
+        GraspError: If the robot has no scene or no hand.
+    """
+    begin = time.perf_counter()
+    setup = trial_setup(config, robot.name, number, seed)
+    scene_config = required_scene(config, robot.name)
+    with Scene(robot, scene_config, config.engine, config.gui) as scene:
+        thing = config.objects[setup.name]
+        scene.lay(thing, setup.place, setup.yaw)
+        if recorder is not None:
+            recorder.attach(scene)
+        scene.wait(config.engine.settle_s)
+        believed = scene.thing_position()
+        believed[:2] += setup.error
+        top = believed[2] + 0.5 * thing.height
+        believed[2] = max(believed[2], top - scene_config.grip.depth)
+        report = Primitive(scene, config, solver, repair).run(believed)
+        simulated = scene.time_s
+    outcome, reason = classify(report)
+    row = {
+        "trial": setup.number,
+        "robot": robot.name,
+        "solver": solver.name,
+        "seed": seed,
+        "object": setup.name,
+        "row": setup.row,
+        "x_m": setup.place[0],
+        "y_m": setup.place[1],
+        "yaw_rad": setup.yaw,
+        "position_error_mm": 1e3 * config.position_error,
+        "outcome": outcome,
+        "reason": reason,
+    }
+    return (
+        row
+        | measures(report)
+        | {
+            "simulated_s": simulated,
+            "wall_s": time.perf_counter() - begin,
+        }
+    )
+
+
+def classify(report: Report) -> tuple[str, str]:
+    """Class of the paper (section IV-C) and the reason in words.
+
+    Returns:
+        `Success`: lifted and in a bin. `Slipped`: lifted, but lost on the way. `Not Grasped`:
+        not lifted.
+    """
+    if report.lifted:
+        if report.bin is not None:
+            return SUCCESS, f"in the {report.bin} bin"
+        if report.stopped:
+            return SLIPPED, report.stopped
+        return SLIPPED, "beside the bin" if report.kept else "lost on the way to the bin"
+    if report.stopped:
+        return NOT_GRASPED, report.stopped
+    if report.pushed > PUSHED_AWAY:
+        return NOT_GRASPED, f"moved {1e3 * report.pushed:.0f} mm before the fingers closed"
+    if report.touching and report.touching[0] == 0:
+        return NOT_GRASPED, "the fingers closed on nothing"
+    return NOT_GRASPED, "left behind by the lift"
+
+
+def measures(report: Report) -> dict[str, Any]:
+    """Numbers of a report as columns; a motion that was not made has NaN."""
+    touching = [*report.touching, 0, 0, 0][:3]
+    columns: dict[str, Any] = {
+        "lifted": report.lifted,
+        "bin": report.bin or "",
+        "reach_error_mm": 1e3 * report.reach_error,
+        "pushed_mm": 1e3 * report.pushed,
+        "tracking_error_mm": 1e3 * report.tracking_error,
+        "closing_s": report.closing_s,
+        "contacts_closed": touching[0],
+        "contacts_lifted": touching[1],
+        "contacts_carried": touching[2],
+    }
+    for name in ("approach", "lift", "transfer", "homeward"):
+        motion = report.motions.get(name)
+        columns[f"{name}_plan_ms"] = np.nan if motion is None else 1e3 * motion.time_s
+        columns[f"{name}_tip_error_mm"] = (
+            np.nan if motion is None else float(motion.tip_error_mm.max())
+        )
+        columns[f"{name}_flips"] = -1 if motion is None else motion.flips
+    return columns

@@ -1,0 +1,109 @@
+"""The planner benchmark: several solvers plan the same motions between random reachable poses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pipeline.planning.config import PlanConfig
+from pipeline.planning.control import control_points
+from pipeline.planning.motion import Motion, plan_motion
+
+if TYPE_CHECKING:
+    from baselines import Solver
+    from robots import Robot
+
+Array = NDArray[np.float64]
+MS_PER_S = 1e3
+LIMIT_SLACK = 1e-6  # rad or m; rounding
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Start and target of one motion, each the pose of a collision-free configuration.
+
+    Attributes:
+        start: Joint values of the start, (dof,).
+        target: Pose of the target, (7,).
+    """
+
+    start: Array
+    target: Array
+
+
+def random_pairs(robot: Robot, count: int, seed: int) -> list[Pair]:
+    """Draw start configurations and target poses; the same seed gives the same pairs."""
+    joints = robot.sample(2 * count, seed=seed)
+    targets = robot.forward_kinematics(joints[count:])
+    return [Pair(start, target) for start, target in zip(joints[:count], targets, strict=True)]
+
+
+def plan_pair(
+    robot: Robot, solver: Solver, pair: Pair, config: PlanConfig, repair: Solver | None
+) -> Motion:
+    """Plan one motion with the control points that ``config.motion`` places."""
+    start_pose = robot.forward_kinematics(pair.start)[0]
+    inner = control_points(start_pose, pair.target, config.motion)
+    return plan_motion(
+        robot, solver, start_pose, pair.target, inner, steps=config.motion.steps, repair=repair
+    )
+
+
+def benchmark(
+    robot: Robot,
+    solvers: Mapping[str, Solver],
+    config: PlanConfig,
+    seed: int,
+    repair: Solver | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> pd.DataFrame:
+    """Plan every pair with every solver.
+
+    Args:
+        robot: The robot.
+        solvers: Solvers by name.
+        config: Number of pairs, motion, repair.
+        seed: Seed of the pairs.
+        repair: Solver that mends jumps; None leaves them.
+        progress: Called with 1 after each plan.
+
+    Returns:
+        One raw row a pair and solver: plan time, tip error along the path, largest joint step,
+        branch flips, waypoints found, limit and collision violations.
+    """
+    pairs = random_pairs(robot, config.pairs, seed)
+    rows = []
+    for name, solver in solvers.items():
+        plan_pair(robot, solver, pairs[0], config, repair)  # compilers and caches warm up
+        for number, pair in enumerate(pairs):
+            motion = plan_pair(robot, solver, pair, config, repair)
+            rows.append(
+                {"robot": robot.name, "solver": name, "pair": number, **judge(robot, motion)}
+            )
+            if progress is not None:
+                progress(1)
+    return pd.DataFrame(rows)
+
+
+def judge(robot: Robot, motion: Motion) -> dict[str, float | int | bool]:
+    """Return the figures of one motion, lengths in mm, angles in deg, steps in rad or m."""
+    outside = (motion.joints < robot.lower - LIMIT_SLACK) | (
+        motion.joints > robot.upper + LIMIT_SLACK
+    )
+    return {
+        "plan_time_ms": motion.time_s * MS_PER_S,
+        "waypoints": len(motion.poses),
+        "waypoints_found": int(motion.found.sum()),
+        "tip_error_mm": float(motion.tip_error_mm.max()),
+        "tip_error_mean_mm": float(motion.tip_error_mm.mean()),
+        "tip_error_deg": float(motion.tip_error_deg.max()),
+        "largest_step_rad": motion.largest_step,
+        "flips": motion.flips,
+        "limit_violations": int(outside.any(axis=1).sum()),
+        "collisions": int(robot.in_collision(motion.joints).sum()),
+    }
