@@ -8,6 +8,7 @@ a joint connects and pairs that never move against each other are left out in an
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,11 @@ from numpy.typing import NDArray
 
 from robots.bodies import Bodies, adjacent_pairs, separable_pairs
 from robots.chain import Drive
+from robots.collision_kernel import details, verdicts
+from robots.contact import TOUCHING, UNSURE
 from robots.errors import DescriptionError
 from robots.pinocchio_model import expand, reduced_model
+from robots.shapes import Shapes, build_shapes
 from robots.urdf import Urdf
 
 Array = NDArray[np.float64]
@@ -29,57 +33,109 @@ ALWAYS = 0.95
 
 
 class CollisionChecker:
-    """Collision queries by Pinocchio and coal for one robot.
+    """Collision queries for one robot: compiled where it is clear, coal where it is close.
 
     Attributes:
         pairs: Pairs of links that are checked.
+        shapes: Their shapes as arrays.
+    """
+
+    def __init__(
+        self, urdf: Urdf, bodies: Bodies, driven: dict[str, Drive], pairs: Iterable[Pair]
+    ) -> None:
+        self.pairs = list(pairs)
+        self._urdf, self._driven, self._tree = urdf, driven, bodies.tree
+        named = {link for pair in self.pairs for link in pair}
+        meshes = any(s.kind == "mesh" for link in named for s in urdf.links[link].collisions)
+        boxes = self.exact.boxes() if meshes else {}
+        self.shapes: Shapes = build_shapes(urdf, bodies, self.pairs, boxes)
+
+    @cached_property
+    def exact(self) -> ExactChecker:
+        """The same pairs in Pinocchio and coal."""
+        return ExactChecker(self._urdf, self._driven, self.pairs)
+
+    def in_collision(self, joints: Array) -> NDArray[np.bool_]:
+        """Whether any checked pair touches, (N,) for (N, dof) in rad or m."""
+        found = verdicts(self._tree, self.shapes, joints)
+        touching = found == TOUCHING
+        for row in np.flatnonzero(found == UNSURE):
+            states = details(self._tree, self.shapes, joints[row : row + 1])[0]
+            touching[row] = self.exact.touching(joints[row], np.flatnonzero(states == UNSURE)).any()
+        return touching
+
+    def touching(self, joints: Array) -> NDArray[np.bool_]:
+        """Which pairs of links touch, (N, pairs) for (N, dof) in rad or m."""
+        states = details(self._tree, self.shapes, joints)
+        touching = states == TOUCHING
+        for row in np.flatnonzero((states == UNSURE).any(axis=1)):
+            unsure = np.flatnonzero(states[row] == UNSURE)
+            touching[row, unsure] = self.exact.touching(joints[row], unsure)
+        if not self.pairs:
+            return np.zeros((len(joints), 0), dtype=bool)
+        return np.logical_or.reduceat(touching, self.shapes.pair_start[:-1], axis=1)
+
+
+class ExactChecker:
+    """Collision queries by Pinocchio and coal, one configuration at a time.
+
+    Attributes:
         model: Pinocchio's model.
-        geometry: Pinocchio's geometry model with the pairs of shapes.
+        geometry: Pinocchio's geometry model; its pairs are those of `Shapes.pair_shapes`.
     """
 
     def __init__(self, urdf: Urdf, driven: dict[str, Drive], pairs: Iterable[Pair]) -> None:
-        self.pairs = list(pairs)
-        self.driven = driven
+        self._driven = driven
         self.model: Any
         self.geometry: Any
         self.model, self.geometry = reduced_model(urdf, driven, shapes=True)
-        shapes: dict[str, list[int]] = {}
-        for index, shape in enumerate(self.geometry.geometryObjects):
-            shapes.setdefault(self.model.frames[shape.parentFrame].name, []).append(index)
         self.geometry.removeAllCollisionPairs()
-        self.pair_of: list[int] = []
-        for number, (first, second) in enumerate(self.pairs):
-            for a in shapes[first]:
-                for b in shapes[second]:
-                    self.geometry.addCollisionPair(pinocchio.CollisionPair(a, b))
-                    self.pair_of.append(number)
+        for first, second in pairs:
+            for a in range(len(urdf.links[first].collisions)):
+                for b in range(len(urdf.links[second].collisions)):
+                    ids = [
+                        self.geometry.getGeometryId(f"{n}_{k}")
+                        for n, k in ((first, a), (second, b))
+                    ]
+                    self.geometry.addCollisionPair(pinocchio.CollisionPair(*ids))
         self._data = self.model.createData()
         self._geometry_data = self.geometry.createData()
 
     def in_collision(self, joints: Array) -> NDArray[np.bool_]:
-        """Whether any checked pair touches, (N,) for (N, dof) in rad or m."""
-        return np.array(
-            [
-                pinocchio.computeCollisions(
-                    self.model, self._data, self.geometry, self._geometry_data, position, True
-                )
-                for position in expand(self.model, self.driven, joints)
-            ],
-            dtype=bool,
-        )
-
-    def touching(self, joints: Array) -> NDArray[np.bool_]:
-        """Which pairs touch, (N, pairs) for (N, dof) in rad or m."""
-        touching = np.zeros((len(joints), len(self.pairs)), dtype=bool)
-        for row, position in enumerate(expand(self.model, self.driven, joints)):
+        """Whether any pair touches, (N,) for (N, dof) in rad or m."""
+        answers = [
             pinocchio.computeCollisions(
-                self.model, self._data, self.geometry, self._geometry_data, position, False
+                self.model, self._data, self.geometry, self._geometry_data, position, True
             )
-            for number, result in zip(
-                self.pair_of, self._geometry_data.collisionResults, strict=True
-            ):
-                touching[row, number] |= result.isCollision()
-        return touching
+            for position in expand(self.model, self._driven, joints)
+        ]
+        return np.array(answers, dtype=bool)
+
+    def touching(self, q: Array, pairs: Iterable[int]) -> NDArray[np.bool_]:
+        """Which of some pairs of shapes touch.
+
+        Args:
+            q: (dof,), rad or m.
+            pairs: Rows of `Shapes.pair_shapes`.
+        """
+        position = expand(self.model, self._driven, q[None])[0]
+        pinocchio.updateGeometryPlacements(
+            self.model, self._data, self.geometry, self._geometry_data, position
+        )
+        answers = [
+            pinocchio.computeCollision(self.geometry, self._geometry_data, int(pair))
+            for pair in pairs
+        ]
+        return np.array(answers, dtype=bool)
+
+    def boxes(self) -> dict[str, Array]:
+        """Corners (2, 3) of the box around each shape in its own frame, m, by name."""
+        found = {}
+        for item in self.geometry.geometryObjects:
+            item.geometry.computeLocalAABB()
+            box = item.geometry.aabb_local
+            found[item.name] = np.array([box.min_, box.max_])
+        return found
 
 
 def checked_pairs(
@@ -122,7 +178,7 @@ def find_allowed_pairs(
     found = [(*sorted(pair), "adjacent") for pair in adjacent_pairs(urdf, bodies)]
     pairs = separable_pairs(urdf, bodies)
     if pairs:
-        share = CollisionChecker(urdf, driven, pairs).touching(joints).mean(axis=0)
+        share = CollisionChecker(urdf, bodies, driven, pairs).touching(joints).mean(axis=0)
         found += [
             (*sorted(pair), "always") for pair, s in zip(pairs, share, strict=True) if s >= ALWAYS
         ]

@@ -1,3 +1,4 @@
+# ruff: noqa: RUF005 - numba knows tuple sums, but no unpacking inside a tuple
 """Frames in compiled code: tuples of twelve numbers, the rotation row by row, then the origin.
 
 The compiler keeps such a tuple in registers, where small arrays would go through memory. The

@@ -17,7 +17,8 @@ from robots.description import Description, find_description
 from robots.errors import DescriptionError, RobotError
 from robots.pinocchio_model import chain_model
 from robots.sampling import sample_configurations
-from robots.urdf import Urdf, read_urdf
+from robots.urdf import Urdf
+from robots.urdf_reader import read_urdf
 
 if TYPE_CHECKING:
     import torch
@@ -115,13 +116,12 @@ class Robot:
 
     @cached_property
     def collision(self) -> CollisionChecker:
-        """Collision checker by Pinocchio and coal."""
+        """Collision checker over the pairs that are not allowed to touch."""
         allowed = self.description.allowed_collisions
         if allowed is None:
             allowed = tuple(self.find_allowed_collisions())
-        return CollisionChecker(
-            self.urdf, self._drives, checked_pairs(self.urdf, self.bodies, allowed)
-        )
+        pairs = checked_pairs(self.urdf, self.bodies, allowed)
+        return CollisionChecker(self.urdf, self.bodies, self._drives, pairs)
 
     def find_allowed_collisions(self) -> list[tuple[str, str, str]]:
         """Find the pairs that are adjacent or always touch: what `robot.yaml` may list."""
