@@ -1,7 +1,7 @@
 """Compiled tip error and Jacobian of one configuration: what every local method of ours stands on.
 
-The same recursion as `robots.kinematics`, kept in scalars so that the compiler holds the frame in
-registers; tests hold the two equal.
+The recursion is that of `robots.kinematics`, from the same parts; but a descent needs the Jacobian
+only where it goes on, one row a joint, so the joints' axes are kept and the Jacobian comes after.
 """
 
 from __future__ import annotations
@@ -12,6 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from robots.frames import constant_frame, multiplied, slid, store_frame, turned
+from robots.trigonometry import sine_cosine
 
 Array = NDArray[np.float64]
 
@@ -25,7 +28,8 @@ class Linearisation(NamedTuple):
         origins: (m, 3) points on the joint axes in the base frame [m].
         error: (6,) from tip to target: distance [m], then rotation vector [rad], axes of the base.
         jacobian: (dof, 6) geometric Jacobian at the tip, transposed: one row a joint.
-        tip: (12,) tip position [m], then the rows of its rotation.
+        rotation: (3, 3) of the tip.
+        position: (3,) of the tip [m].
     """
 
     goal: Array
@@ -33,7 +37,8 @@ class Linearisation(NamedTuple):
     origins: Array
     error: Array
     jacobian: Array
-    tip: Array
+    rotation: Array
+    position: Array
 
 
 @njit(cache=True)
@@ -45,7 +50,8 @@ def new_linearisation(joints, dof):  # type: ignore[no-untyped-def]
         np.empty((joints, 3)),
         np.empty(6),
         np.empty((dof, 6)),
-        np.empty(12),
+        np.empty((3, 3)),
+        np.empty(3),
     )
 
 
@@ -67,51 +73,18 @@ def aim(pose, at):  # type: ignore[no-untyped-def]
 @njit(cache=True, fastmath={"contract"})
 def find_frames(chain, q, at):  # type: ignore[no-untyped-def]
     """Tip frame, and axis and origin of every joint, for the configuration q (dof,)."""
-    F, t = chain.rotations, chain.translations
-    px, py, pz = t[0, 0], t[0, 1], t[0, 2]
-    xx, yx, zx = F[0, 0, 0], F[0, 0, 1], F[0, 0, 2]
-    xy, yy, zy = F[0, 1, 0], F[0, 1, 1], F[0, 1, 2]
-    xz, yz, zz = F[0, 2, 0], F[0, 2, 1], F[0, 2, 2]
+    frame = constant_frame(chain.rotations[0], chain.translations[0])
     for k in range(chain.prismatic.shape[0]):
-        at.axes[k, 0], at.axes[k, 1], at.axes[k, 2] = zx, zy, zz
-        at.origins[k, 0], at.origins[k, 1], at.origins[k, 2] = px, py, pz
+        at.axes[k, 0], at.axes[k, 1], at.axes[k, 2] = frame[2], frame[5], frame[8]
+        at.origins[k, 0], at.origins[k, 1], at.origins[k, 2] = frame[9], frame[10], frame[11]
         position = chain.multiplier[k] * q[chain.variable[k]] + chain.offset[k]
         if chain.prismatic[k]:
-            px += zx * position
-            py += zy * position
-            pz += zz * position
+            frame = slid(frame, position)
         else:
-            sine, cosine = math.sin(position), math.cos(position)
-            xx, yx = cosine * xx + sine * yx, cosine * yx - sine * xx
-            xy, yy = cosine * xy + sine * yy, cosine * yy - sine * xy
-            xz, yz = cosine * xz + sine * yz, cosine * yz - sine * xz
-        a, b, c = t[k + 1, 0], t[k + 1, 1], t[k + 1, 2]
-        px += xx * a + yx * b + zx * c
-        py += xy * a + yy * b + zy * c
-        pz += xz * a + yz * b + zz * c
-        a, b, c = F[k + 1, 0, 0], F[k + 1, 1, 0], F[k + 1, 2, 0]
-        d, e, f = F[k + 1, 0, 1], F[k + 1, 1, 1], F[k + 1, 2, 1]
-        g, h, i = F[k + 1, 0, 2], F[k + 1, 1, 2], F[k + 1, 2, 2]
-        xx, yx, zx = (
-            xx * a + yx * b + zx * c,
-            xx * d + yx * e + zx * f,
-            xx * g + yx * h + zx * i,
-        )
-        xy, yy, zy = (
-            xy * a + yy * b + zy * c,
-            xy * d + yy * e + zy * f,
-            xy * g + yy * h + zy * i,
-        )
-        xz, yz, zz = (
-            xz * a + yz * b + zz * c,
-            xz * d + yz * e + zz * f,
-            xz * g + yz * h + zz * i,
-        )
-    tip = at.tip
-    tip[0], tip[1], tip[2] = px, py, pz
-    tip[3], tip[4], tip[5] = xx, yx, zx
-    tip[6], tip[7], tip[8] = xy, yy, zy
-    tip[9], tip[10], tip[11] = xz, yz, zz
+            sine, cosine = sine_cosine(position)
+            frame = turned(frame, sine, cosine)
+        frame = multiplied(frame, chain.rotations[k + 1], chain.translations[k + 1])
+    store_frame(frame, at.rotation, at.position)
 
 
 @njit(cache=True, fastmath={"contract"})
@@ -121,11 +94,11 @@ def find_error(pose, at):  # type: ignore[no-untyped-def]
     Twice the sine times the axis of the rotation between two frames is the sum of the cross
     products of their axes (Siciliano et al., "Robotics: Modelling, Planning and Control", 3.7.3).
     """
-    goal, tip, error = at.goal, at.tip, at.error
+    goal, R, p, error = at.goal, at.rotation, at.position, at.error
     sx = sy = sz = 0.0
     trace = 0.0
     for k in range(3):
-        rx, ry, rz = tip[3 + k], tip[6 + k], tip[9 + k]
+        rx, ry, rz = R[0, k], R[1, k], R[2, k]
         gx, gy, gz = goal[0, k], goal[1, k], goal[2, k]
         sx += ry * gz - rz * gy
         sy += rz * gx - rx * gz
@@ -141,7 +114,7 @@ def find_error(pose, at):  # type: ignore[no-untyped-def]
     else:
         # Half a turn: any axis does to get away from here, the next step knows better.
         sx, sy, sz, scale = 1.0, 0.0, 0.0, math.pi
-    dx, dy, dz = pose[0] - tip[0], pose[1] - tip[1], pose[2] - tip[2]
+    dx, dy, dz = pose[0] - p[0], pose[1] - p[1], pose[2] - p[2]
     error[0], error[1], error[2] = dx, dy, dz
     error[3], error[4], error[5] = scale * sx, scale * sy, scale * sz
     return dx * dx + dy * dy + dz * dz, angle * angle
@@ -150,16 +123,16 @@ def find_error(pose, at):  # type: ignore[no-untyped-def]
 @njit(cache=True, fastmath={"contract"})
 def find_jacobian(chain, at):  # type: ignore[no-untyped-def]
     """Geometric Jacobian at the tip, axes of the base, transposed, after `find_frames`."""
-    J, tip = at.jacobian, at.tip
+    J, p = at.jacobian, at.position
     plain = chain.variable.shape[0] == J.shape[0]
     if not plain:
         J[:, :] = 0.0
     for k in range(chain.prismatic.shape[0]):
         scale = chain.multiplier[k]
         zx, zy, zz = scale * at.axes[k, 0], scale * at.axes[k, 1], scale * at.axes[k, 2]
-        dx = tip[0] - at.origins[k, 0]
-        dy = tip[1] - at.origins[k, 1]
-        dz = tip[2] - at.origins[k, 2]
+        dx = p[0] - at.origins[k, 0]
+        dy = p[1] - at.origins[k, 1]
+        dz = p[2] - at.origins[k, 2]
         vx, vy, vz = zy * dz - zz * dy, zz * dx - zx * dz, zx * dy - zy * dx
         if chain.prismatic[k]:
             vx, vy, vz, zx, zy, zz = zx, zy, zz, 0.0, 0.0, 0.0
