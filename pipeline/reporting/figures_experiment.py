@@ -1,0 +1,161 @@
+"""Figures of training, planning and grasping."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+from pipeline.evaluation.statistics import wilson_interval
+from pipeline.reporting.config import ReportConfig
+from pipeline.reporting.naming import (
+    OUTCOMES,
+    ordered_robots,
+    ordered_solvers,
+    outcome_key,
+    robot_title,
+    solver_title,
+)
+from pipeline.reporting.published import Published
+from pipeline.reporting.style import INK, PAPER_COLOUR, SOFT, legend_below, looks, panels
+from pipeline.reporting.tables_experiment import PUBLISHED_TRIALS, one_row_a_plan
+
+Curves = Mapping[tuple[str, str], tuple[dict[str, Any], pd.DataFrame]]
+PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
+SMOOTHING = 25  # points of a moving median over the noisy batch errors
+
+
+def training_curves(trained: Curves) -> Figure:
+    """Errors on the validation set and on the batches while each network was trained."""
+    drawn = {key: curve for key, (_, curve) in trained.items() if len(curve)}
+    robots = ordered_robots(robot for robot, _ in drawn)
+    figure, axes = panels(len(robots), 3.4, 2.3, rows=2)
+    look = looks(model for _, model in drawn)
+    kinds = (("position_error_mm", "position [mm]"), ("rotation_error_deg", "rotation [deg]"))
+    for row, (column, label) in enumerate(kinds):
+        for axis, robot in zip(axes[row * len(robots) :], robots, strict=False):
+            for (name, model), curve in drawn.items():
+                if name == robot:
+                    _curve(axis, curve, column, look[model].colour, model)
+            axis.set(yscale="log", ylabel=label if robot == robots[0] else "")
+            axis.set_xlabel("poses seen [million]" if row else "")
+            axis.yaxis.set_major_formatter(PLAIN)
+            axis.yaxis.set_minor_formatter(NullFormatter())
+            if row == 0:
+                axis.set_title(robot_title(robot))
+    legend_below(figure, axes)
+    return figure
+
+
+def grasp_outcomes(
+    grasps: Mapping[str, pd.DataFrame], published: Published, config: ReportConfig
+) -> Figure:
+    """Figure 5 of the paper: outcomes of the trials, published beside this run's."""
+    robots = ordered_robots([*grasps, *published.robots("grasping")])
+    figure, axes = panels(len(robots), 3.1, 2.9)
+    for axis, robot in zip(axes, robots, strict=True):
+        places = np.arange(len(OUTCOMES))
+        paper = [published.number("grasping", robot, "cycleik", key) for key in OUTCOMES]
+        if any(count is not None for count in paper):
+            shares = [100 * (count or 0) / PUBLISHED_TRIALS for count in paper]
+            axis.bar(
+                places - 0.2,
+                shares,
+                0.38,
+                color="white",
+                edgecolor=SOFT,
+                hatch="////",
+                label="paper (hardware)",
+            )
+            _bar_labels(axis, places - 0.2, shares, shares)
+        if robot in grasps:
+            _own_bars(axis, places + 0.2, grasps[robot], config)
+        axis.set_xticks(places, [title.replace(" ", "\n") for title in OUTCOMES.values()])
+        axis.set(ylim=(0, 112), title=robot_title(robot))
+        axis.grid(visible=False, axis="x")
+    axes[0].set_ylabel("trials [%]")
+    legend_below(figure, axes)
+    return figure
+
+
+def planner_times(plans: Mapping[str, pd.DataFrame], published: Published) -> Figure:
+    """Plan time and largest tip error of every plan, by solver."""
+    robots = ordered_robots(plans)
+    figure, axes = panels(len(robots), 3.4, 3.0)
+    look = looks(solver for rows in plans.values() for solver in rows.solver)
+    paper = published.number("planner", "nico_nicol", "cycleik", "time_per_50_point_plan")
+    for axis, robot in zip(axes, robots, strict=True):
+        rows = one_row_a_plan(plans[robot])
+        for solver in ordered_solvers(rows.solver):
+            mine = rows[rows.solver == solver]
+            axis.plot(
+                mine.plan_time_ms,
+                np.maximum(mine.tip_error_mm, 1e-4),
+                look[solver].marker,
+                color=look[solver].colour,
+                alpha=0.45,
+                markeredgewidth=0,
+                markersize=4.5,
+                label=solver_title(solver),
+            )
+        if paper is not None and robot in ("nico", "nicol"):
+            axis.axvline(paper, color=PAPER_COLOUR, linestyle="--", label="paper's plan time")
+        axis.set(xscale="log", yscale="log", title=robot_title(robot))
+        axis.set_xlabel("time of a plan of 50 poses [ms]")
+        for ticks in (axis.xaxis, axis.yaxis):
+            ticks.set_major_formatter(PLAIN)
+            ticks.set_minor_formatter(NullFormatter())
+    axes[0].set_ylabel("largest tip error on the path [mm]")
+    legend_below(figure, axes)
+    return figure
+
+
+def _curve(axis: Axes, curve: pd.DataFrame, column: str, colour: str, model: str) -> None:
+    millions = curve["samples"] / 1e6
+    if column in curve:
+        smooth = curve[column].rolling(SMOOTHING, min_periods=1, center=True).median()
+        axis.plot(millions, smooth, color=colour, alpha=0.35, label=f"{model}, batches")
+    validation = f"validation_{column}"
+    if validation in curve:
+        kept = curve[validation].notna()
+        axis.plot(
+            millions[kept],
+            curve[validation][kept],
+            "o-",
+            color=colour,
+            markersize=3.5,
+            label=f"{model}, validation",
+        )
+
+
+def _own_bars(axis: Axes, places: Any, trials: pd.DataFrame, config: ReportConfig) -> None:
+    keys = trials["class"].map(outcome_key)
+    intervals = [
+        wilson_interval(int((keys == key).sum()), len(trials), config.confidence)
+        for key in OUTCOMES
+    ]
+    shares = np.array([100 * interval.estimate for interval in intervals])
+    low = np.array([100 * interval.low for interval in intervals])
+    high = np.array([100 * interval.high for interval in intervals])
+    reach = np.clip(np.stack([shares - low, high - shares]), 0, None)
+    axis.bar(
+        places,
+        shares,
+        0.38,
+        color="#0b3c5d",
+        yerr=reach,
+        capsize=2,
+        error_kw={"elinewidth": 0.9, "ecolor": SOFT},
+        label="this run (simulation)",
+    )
+    _bar_labels(axis, places, shares, high)
+
+
+def _bar_labels(axis: Axes, places: Any, shares: Any, tops: Any) -> None:
+    for place, share, top in zip(places, shares, tops, strict=True):
+        axis.text(place, top + 1.5, f"{share:.0f}", ha="center", va="bottom", size=7, color=INK)

@@ -1,0 +1,272 @@
+"""report.html: one self-contained file with every table and figure and where they come from."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from pipeline.provenance import made_by
+from pipeline.reporting.config import ReportConfig
+from pipeline.reporting.naming import ordered_robots, robot_title, solver_title
+from pipeline.reporting.results import VIDEOS, Results
+from pipeline.reporting.table import Table
+
+TEMPLATE = "report.html.jinja"
+TYPES = {".png": "image/png", ".gif": "image/gif", ".mp4": "video/mp4"}
+SHOWN_MEDIA = 12  # pictures and videos of one stage and robot; the rest is counted
+BYTES_PER_MB = 1e6
+
+
+@dataclass(frozen=True)
+class Illustration:
+    """A figure with what to see in it."""
+
+    name: str
+    caption: str
+    path: Path
+
+
+@dataclass(frozen=True)
+class Page:
+    """What the page shows.
+
+    Attributes:
+        results: What was on disk, with notes on what was not.
+        config: Title and sizes.
+        tables: All tables that have rows.
+        illustrations: All figures.
+    """
+
+    results: Results
+    config: ReportConfig
+    tables: list[Table]
+    illustrations: list[Illustration]
+
+
+@dataclass
+class Section:
+    """A chapter of the page; it is left out where it has nothing to show."""
+
+    anchor: str
+    title: str
+    lead: str
+    tables: list[Table] = field(default_factory=list)
+    figures: list[dict[str, Any]] = field(default_factory=list)
+    media: list[dict[str, Any]] = field(default_factory=list)
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is nothing in it."""
+        return not (self.tables or self.figures or self.media)
+
+
+# Anchor, title, lead, tables, figures, stages whose pictures belong there.
+OUTLINE: tuple[tuple[str, str, str, tuple[str, ...], tuple[str, ...], tuple[str, ...]], ...] = (
+    (
+        "paper",
+        "Against the paper",
+        "The paper's tables with this run beside them, in the paper's own metric.",
+        ("table2_numerical_comparison", "table3_neural_comparison"),
+        ("against_the_paper",),
+        (),
+    ),
+    (
+        "solvers",
+        "Who is precise, who is fast",
+        "The same poses for every solver; errors recomputed from the joints by Pinocchio.",
+        ("precision", "time", "paired_comparison"),
+        (
+            "success_against_tolerance",
+            "error_against_time",
+            "error_distributions",
+            "win_matrix",
+            "workspace_map",
+        ),
+        (),
+    ),
+    (
+        "training",
+        "Data, training and search",
+        "What the networks learned from, how they learned, and with which settings.",
+        ("table1_hyperparameters", "datasets", "training"),
+        ("training_curves",),
+        ("tune", "train"),
+    ),
+    (
+        "planning",
+        "Motion planning",
+        "Bezier curves in position, spherical interpolation in rotation, one batched query.",
+        ("planner",),
+        ("planner_times",),
+        ("plan",),
+    ),
+    (
+        "grasping",
+        "Grasping",
+        "Pick, lift and drop in a physics simulation; held by contact and friction alone.",
+        ("figure5_grasping",),
+        ("grasp_outcomes",),
+        ("grasp",),
+    ),
+)
+
+
+def render(page: Page) -> str:
+    """Return the page as HTML; every picture is inside the file."""
+    budget = _Budget(page.config.embed_mb * BYTES_PER_MB)
+    sections = [section for section in _sections(page, budget) if not section.empty]
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(TEMPLATE).render(
+        title=page.config.title,
+        profile=page.results.folder.name,
+        robots=[robot_title(name) for name in ordered_robots(page.results.robots)],
+        headlines=_headlines(page.tables),
+        sections=sections,
+        notes=page.results.notes,
+        provenance=_provenance(page.results),
+        details=_details(page),
+    )
+
+
+class _Budget:
+    """Bytes of video that may still go into the file."""
+
+    def __init__(self, left: float) -> None:
+        self.left = left
+
+    def take(self, size: int) -> bool:
+        if size > self.left:
+            return False
+        self.left -= size
+        return True
+
+
+def _sections(page: Page, budget: _Budget) -> Iterable[Section]:
+    tables = {table.name: table for table in page.tables}
+    figures = {illustration.name: illustration for illustration in page.illustrations}
+    for anchor, title, lead, table_names, figure_names, stages in OUTLINE:
+        section = Section(anchor, title, lead)
+        section.tables = [tables[name] for name in table_names if name in tables]
+        for name in figure_names:
+            if name in figures:
+                shown = figures[name]
+                section.figures.append(
+                    {"name": name, "caption": shown.caption, "source": _data_uri(shown.path)}
+                )
+        for stage in stages:
+            section.media += _media(page.results, stage, budget)
+        yield section
+
+
+def _media(results: Results, stage: str, budget: _Budget) -> list[dict[str, Any]]:
+    shown = []
+    for (name, robot), paths in results.media.items():
+        if name != stage:
+            continue
+        for path in paths[:SHOWN_MEDIA]:
+            is_video = path.suffix in VIDEOS
+            link = path.relative_to(results.folder).as_posix()
+            fits = budget.take(path.stat().st_size)
+            shown.append(
+                {
+                    "caption": f"{robot_title(robot)}: {path.stem.replace('_', ' ')}",
+                    "video": is_video,
+                    "link": link,
+                    "source": _data_uri(path) if fits else None,
+                }
+            )
+        if len(paths) > SHOWN_MEDIA:
+            more = f"{robot_title(robot)}: {len(paths) - SHOWN_MEDIA} more in the folder"
+            folder = paths[0].parent.relative_to(results.folder).as_posix()
+            shown.append({"caption": more, "video": False, "link": folder, "source": None})
+    return shown
+
+
+def _data_uri(path: Path) -> str:
+    content = base64.b64encode(path.read_bytes()).decode("ascii")
+    return f"data:{TYPES[path.suffix]};base64,{content}"
+
+
+def _headlines(tables: list[Table]) -> list[dict[str, str]]:
+    """A card a robot: the network's precision in the paper's metric, and the paper's."""
+    cards = []
+    table = next((t for t in tables if t.name == "table2_numerical_comparison"), None)
+    if table is None:
+        return []
+    names = [column.name for column in table.columns]
+    for row in table.shown():
+        cells = dict(zip(names, row, strict=True))
+        if cells["solver"] == solver_title("cycleik") and cells["position_error_mean"] != "–":
+            cards.append(
+                {
+                    "robot": cells["robot"],
+                    "error": cells["position_error_mean"],
+                    "error_paper": cells["position_error_mean_paper"],
+                    "success": cells["success_rate"],
+                    "success_paper": cells["success_rate_paper"],
+                }
+            )
+    return cards
+
+
+def _provenance(results: Results) -> list[tuple[str, str]]:
+    """What made the rows and the report, one line each, without a clock."""
+    now = made_by()
+    cards = [*results.evaluated.values(), *(card for card, _ in results.train.values())]
+    cards += results.dataset.values()
+    machines = [card.get("machine") for card in cards]
+    described = [_machine(machine) for machine in machines if isinstance(machine, dict)]
+    commits = [str(card["commit"]) for card in cards if card.get("commit")]
+    versions = next((c["versions"] for c in cards if c.get("versions")), now["versions"])
+    lines = [
+        ("Report made at commit", now["commit"]),
+        ("Results made at commit", ", ".join(_unique(commits)) or "not recorded"),
+        ("Measured on", "; ".join(_unique(described)) or _machine(now["machine"])),
+        ("Versions", ", ".join(f"{name} {number}" for name, number in versions.items())),
+    ]
+    for (robot, solver), card in sorted(results.evaluated.items()):
+        budget = card.get("solver_budget")
+        if budget:
+            shown = ", ".join(f"{k} = {v:g}" for k, v in budget.items() if v is not None)
+            lines.append((f"Budget, {robot_title(robot)}, {solver_title(solver)}", shown))
+    return lines
+
+
+def _machine(machine: dict[str, Any]) -> str:
+    cores = machine.get("cores")
+    parts = [str(machine.get("processor", "unknown processor"))]
+    parts += [f"{cores} cores"] if cores else []
+    parts += [str(machine["system"])] if machine.get("system") else []
+    accelerator = machine.get("accelerator")
+    return ", ".join([*parts, *([accelerator] if accelerator not in (None, "none") else [])])
+
+
+def _details(page: Page) -> list[tuple[str, str]]:
+    """Configurations in full, to be unfolded."""
+    found: list[tuple[str, str]] = []
+    for robot, solver in sorted(page.results.evaluated):
+        card = page.results.evaluated[robot, solver]
+        settings = card.get("evaluate") or (card.get("config") or {}).get("evaluate")
+        if settings and not found:
+            found.append(("Evaluation", json.dumps(settings, indent=2)))
+    for (robot, model), (card, _) in sorted(page.results.train.items()):
+        if card.get("config"):
+            title = f"Training, {robot_title(robot)}, {model}"
+            found.append((title, json.dumps(card["config"], indent=2)))
+    return found
+
+
+def _unique(items: Iterable[str]) -> list[str]:
+    return list(dict.fromkeys(items))

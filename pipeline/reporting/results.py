@@ -1,0 +1,158 @@
+"""What the stages left in a results folder; what is missing or unreadable is noted, not fatal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pandas as pd
+import yaml
+
+from pipeline.data.files import read_json
+from pipeline.data.tables import read_metadata, read_table
+
+Content = TypeVar("Content")
+PICTURES = (".png", ".gif")
+VIDEOS = (".mp4",)
+STAGES = ("dataset", "tune", "train", "evaluate", "plan", "grasp")
+
+
+@dataclass
+class Results:
+    """Everything that a report can show, by robot, and what is not there.
+
+    Attributes:
+        folder: The results folder.
+        dataset: Card of the pose sets, by robot.
+        tune: Trials and best configuration, by robot.
+        train: Card and curve, by (robot, model).
+        evaluate: Raw rows, by (robot, solver).
+        evaluated: Provenance of those rows, by (robot, solver).
+        plan: Raw rows of the planner benchmark, by robot.
+        grasp: Trials, by robot.
+        media: Pictures and videos of a stage, by (stage, robot).
+        notes: What is missing or could not be read, one sentence each.
+    """
+
+    folder: Path
+    dataset: dict[str, dict[str, Any]] = field(default_factory=dict)
+    tune: dict[str, tuple[pd.DataFrame, dict[str, Any]]] = field(default_factory=dict)
+    train: dict[tuple[str, str], tuple[dict[str, Any], pd.DataFrame]] = field(default_factory=dict)
+    evaluate: dict[tuple[str, str], pd.DataFrame] = field(default_factory=dict)
+    evaluated: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict)
+    plan: dict[str, pd.DataFrame] = field(default_factory=dict)
+    grasp: dict[str, pd.DataFrame] = field(default_factory=dict)
+    media: dict[tuple[str, str], list[Path]] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def robots(self) -> list[str]:
+        """Robots that any stage has results of, sorted."""
+        keyed = [*self.train, *self.evaluate]
+        plain = [*self.dataset, *self.tune, *self.plan, *self.grasp]
+        return sorted({*plain, *(robot for robot, _ in keyed)})
+
+    def solvers(self, robot: str) -> list[str]:
+        """Solvers that were evaluated on a robot, sorted."""
+        return sorted(solver for name, solver in self.evaluate if name == robot)
+
+
+def read_results(folder: Path) -> Results:
+    """Read what is in a results folder; it may be empty."""
+    results = Results(folder)
+    for stage in STAGES:
+        robots = _folders(folder / stage)
+        if not robots:
+            results.notes.append(f"The {stage} stage has left nothing in {folder.name}/{stage}.")
+        for place in robots:
+            READERS[stage](results, place)
+            media = [p for p in sorted(place.rglob("*")) if p.suffix in PICTURES + VIDEOS]
+            if media:
+                results.media[stage, place.name] = media
+    return results
+
+
+def _read_dataset(results: Results, place: Path) -> None:
+    card = _try(results, place / "card.json", read_json)
+    if card is not None:
+        results.dataset[place.name] = card
+
+
+def _read_tune(results: Results, place: Path) -> None:
+    trials = _try(results, place / "trials.csv", pd.read_csv)
+    best = _try(results, place / "best.yaml", _read_yaml)
+    if trials is not None:
+        results.tune[place.name] = (trials, best or {})
+
+
+def _read_train(results: Results, place: Path) -> None:
+    for model in _folders(place):
+        card = _try(results, model / "card.json", read_json)
+        curve = _try(results, model / "curve.csv", pd.read_csv)
+        if card is not None:
+            empty = pd.DataFrame()
+            results.train[place.name, model.name] = (card, empty if curve is None else curve)
+
+
+def _read_evaluate(results: Results, place: Path) -> None:
+    for path in sorted(place.glob("*.parquet")):
+        rows = _try(results, path, read_table)
+        if rows is None:
+            continue
+        if rows.empty:
+            results.notes.append(f"{_short(results, path)} holds no rows.")
+            continue
+        results.evaluate[place.name, path.stem] = rows
+        results.evaluated[place.name, path.stem] = read_metadata(path)
+
+
+def _read_plan(results: Results, place: Path) -> None:
+    frames = [_try(results, path, read_table) for path in sorted(place.glob("*.parquet"))]
+    wanted = [frame for frame in frames if frame is not None and "pair" in frame.columns]
+    if wanted:
+        results.plan[place.name] = pd.concat(wanted, ignore_index=True)
+
+
+def _read_grasp(results: Results, place: Path) -> None:
+    trials = _try(results, place / "trials.parquet", read_table)
+    if trials is not None and len(trials):
+        results.grasp[place.name] = trials
+
+
+READERS: dict[str, Callable[[Results, Path], None]] = {
+    "dataset": _read_dataset,
+    "tune": _read_tune,
+    "train": _read_train,
+    "evaluate": _read_evaluate,
+    "plan": _read_plan,
+    "grasp": _read_grasp,
+}
+
+
+def _try(results: Results, path: Path, reader: Callable[[Path], Content]) -> Content | None:
+    """Read a file, or note why not: a report of what is there is worth more than none."""
+    if not path.exists():
+        results.notes.append(f"There is no {_short(results, path)}.")
+        return None
+    try:
+        return reader(path)
+    except (ValueError, OSError, yaml.YAMLError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        results.notes.append(f"{_short(results, path)} could not be read: {reason}.")
+        return None
+
+
+def _short(results: Results, path: Path) -> str:
+    return str(path.relative_to(results.folder.parent))
+
+
+def _folders(place: Path) -> list[Path]:
+    if not place.is_dir():
+        return []
+    return sorted(p for p in place.iterdir() if p.is_dir() and not p.name.startswith("."))
+
+
+def _read_yaml(path: Path) -> dict[str, Any]:
+    return dict(yaml.safe_load(path.read_text(encoding="utf-8")) or {})

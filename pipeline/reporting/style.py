@@ -1,0 +1,128 @@
+"""How figures look: legible in grey and for colour-blind readers, the same bytes every time."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pipeline.data.files import replacing
+from pipeline.reporting.naming import ordered_solvers
+
+INK, SOFT, FAINT = "#1f2933", "#7b8794", "#e4e7eb"
+PAPER_COLOUR = "#9aa5b1"  # whatever is published, not measured here
+SETTINGS: dict[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8.5,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelcolor": INK,
+    "axes.edgecolor": SOFT,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": FAINT,
+    "grid.linewidth": 0.7,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "text.color": INK,
+    "lines.linewidth": 1.6,
+    "lines.markersize": 5.5,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "hatch.linewidth": 0.6,
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "cycleik-bench",
+}
+
+
+@dataclass(frozen=True)
+class Look:
+    """Colour, marker and line of one solver: any of the three tells it from the others."""
+
+    colour: str
+    marker: str
+    line: str | tuple[int, tuple[float, ...]]
+
+
+# Colours of Okabe and Ito (2008), ordered so that neighbours differ in lightness too.
+LOOKS = (
+    Look("#0b3c5d", "o", "-"),
+    Look("#d55e00", "s", (0, (5, 1.5))),
+    Look("#56b4e9", "^", (0, (1, 1))),
+    Look("#009e73", "D", (0, (4, 1.2, 1, 1.2))),
+    Look("#e69f00", "v", (0, (7, 1.5))),
+    Look("#cc79a7", "P", (0, (3, 1, 1, 1, 1, 1))),
+    Look("#6b4c9a", "X", (0, (2, 2))),
+    Look("#3d3d3d", "<", (0, (9, 2, 2, 2))),
+    Look("#a6761d", ">", (0, (1, 2))),
+    Look("#66a61e", "h", (0, (6, 1, 1, 1))),
+)
+
+
+def looks(solvers: Iterable[str]) -> dict[str, Look]:
+    """Give each solver a look of its own, the same in every figure of a report."""
+    return {name: LOOKS[i % len(LOOKS)] for i, name in enumerate(ordered_solvers(solvers))}
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draw with the settings of this project, whatever the user's matplotlibrc says."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        for name, value in SETTINGS.items():
+            mpl.rcParams[name] = value
+        yield
+
+
+def panels(count: int, width: float, height: float, rows: int = 1) -> tuple[Figure, list[Axes]]:
+    """Make a figure of panels in a row (or ``rows`` rows), never a drawing surface of a screen.
+
+    Args:
+        count: Panels side by side in each row.
+        width: Width of a panel [inch].
+        height: Height of a panel [inch].
+        rows: Rows of panels.
+
+    Returns:
+        The figure and its axes, row by row.
+    """
+    figure = Figure(figsize=(max(width * count, 4.2), height * rows), layout="constrained")
+    axes = figure.subplots(rows, count, squeeze=False)
+    return figure, [axis for row in axes for axis in row]
+
+
+def legend_below(figure: Figure, axes: Iterable[Axes], columns: int = 5) -> None:
+    """Put one legend for all panels under them, each label once."""
+    found: dict[str, Any] = {}
+    for axis in axes:
+        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    if found:
+        figure.legend(
+            list(found.values()),
+            list(found),
+            loc="outside lower center",
+            ncols=min(columns, len(found)),
+        )
+
+
+def save(figure: Figure, folder: Path, name: str, dpi: int) -> list[Path]:
+    """Write a figure as PNG and PDF without dates, so that equal figures are equal files."""
+    paths = []
+    for suffix, metadata in (("png", {"Software": None}), ("pdf", {"CreationDate": None})):
+        path = folder / f"{re.sub(r'[^a-z0-9_]+', '_', name.lower())}.{suffix}"
+        with replacing(path) as partial:
+            figure.savefig(partial, dpi=dpi, metadata=metadata)
+        paths.append(path)
+    return paths
