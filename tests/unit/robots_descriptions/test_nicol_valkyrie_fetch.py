@@ -1,0 +1,243 @@
+"""The descriptions of nicol, valkyrie and fetch: published numbers, consistency, simulation."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+
+import numpy as np
+import pinocchio
+import pybullet
+import pytest
+
+from robots import Robot, load_robot
+
+NAMES = ("nicol", "valkyrie", "fetch")
+
+# Joint configuration, then tip pose x y z qw qx qy qz: from Pinocchio on the URDFs the paper used.
+REFERENCE = {
+    "nicol": """
+        1.9926735718801156 0.04418534438427857 -1.1136283994275742 -1.2851314498155146
+        -0.7700997423825034 -0.34509567609904934 0.007144386978117256 0.08403342664920443
+        0.06109023515602272 -0.979901037895288 1.4667855052892422
+        0.8214171857534649 -0.2677623994410685 0.4621984526582744 -0.19987419732100564""",
+    "valkyrie": """
+        -0.568388608683523 0.09162678723221557 -0.10638824998774958 -0.6913799164691645
+        0.13916690119789998 -0.17753398104667983 2.1636776501984967 2.070342841223752
+        0.14961314065424758 0.3506161255296022
+        0.005981149631530819 -0.4677503269464398 0.5371444078779237
+        0.44862372410009543 -0.6511154608625681 0.6066741339236323 0.08204819332744379""",
+    "fetch": """
+        0.30778835991260267 -0.10296727942824391 -0.39099418294190036 -1.392191762560663
+        -1.103577116381131 -0.34509545640427275 0.019648478698358396 0.33613349260740977
+        0.6788512887664694 0.3382151960729989 1.37587640013965
+        0.5759757460201618 -0.629723855685287 -0.4875022868627105 0.18450291564363205""",
+}
+# Tip positions over 200,000 uniform samples of those URDFs, m.
+REACH = {
+    "nicol": ([-0.8899, -1.0942, 0.3014], [0.8433, 0.4719, 2.041]),
+    "valkyrie": ([-0.9194, -0.971, -0.3996], [0.9584, 0.6653, 0.9776]),
+    "fetch": ([-0.4396, -0.9218, -0.019], [0.9597, 0.9245, 1.9495]),
+}
+# Origins of fingertip links in the tip frame with all finger joints at 0 or at their limit, m.
+OPEN = {
+    "nicol": {
+        "r_Ttip": [0.00639, 0.00853, 0.08443],
+        "r_Itip": [0.01476, -0.08674, 0.04106],
+        "r_Ltip": [0.01366, -0.078, -0.0464],
+    },
+    "valkyrie": {
+        "rightThumbPitch3Link": [0.0049, -0.05443, 0.10932],
+        "rightPinkyPitch3Link": [0.0022, -0.14435, -0.04844],
+    },
+    "fetch": {"l_gripper_finger_link": [0.16645, -0.01543, 0.0]},
+}
+CLOSED = {
+    "nicol": {
+        "r_Ttip": [0.00289, 0.00402, 0.01355],
+        "r_Itip": [0.02375, -0.00592, 0.03005],
+        "r_Ltip": [0.02267, 0.00161, -0.02864],
+    },
+    "valkyrie": {
+        "rightThumbPitch3Link": [0.00438, -0.06408, 0.0128],
+        "rightPinkyPitch3Link": [0.03832, -0.06119, -0.03822],
+    },
+    "fetch": {"l_gripper_finger_link": [0.16645, -0.06542, 0.0]},
+}
+# Least and largest share of uniform configurations that should collide.
+COLLIDING = {"nicol": (0.30, 0.45), "valkyrie": (0.005, 0.04), "fetch": (0.10, 0.20)}
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def robot(request: pytest.FixtureRequest) -> Robot:
+    return load_robot(request.param)
+
+
+@pytest.fixture
+def client() -> Iterator[int]:
+    connected = pybullet.connect(pybullet.DIRECT)
+    yield connected
+    pybullet.disconnect(connected)
+
+
+def load_body(robot: Robot, client: int) -> tuple[int, dict[str, int], dict[str, int]]:
+    """Body, joint numbers and link numbers in PyBullet, the robot in its posture at home."""
+    flags = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER
+    body = pybullet.loadURDF(
+        str(robot.urdf_path), useFixedBase=True, flags=flags, physicsClientId=client
+    )
+    joints, links = {}, {pybullet.getBodyInfo(body, client)[0].decode(): -1}
+    for index in range(pybullet.getNumJoints(body, client)):
+        info = pybullet.getJointInfo(body, index, client)
+        joints[info[1].decode()], links[info[12].decode()] = index, index
+    home = dict(zip(robot.joint_names, robot.home, strict=True))
+    for name, position in {**robot.description.posture, **home}.items():
+        pybullet.resetJointState(body, joints[name], position, physicsClientId=client)
+    return body, joints, links
+
+
+def test_pose_of_a_reference_configuration(robot: Robot) -> None:
+    numbers = np.array(REFERENCE[robot.name].split(), dtype=float)
+    pose = robot.forward_kinematics(numbers[None, : robot.dof])[0]
+    assert np.abs(pose[:3] - numbers[robot.dof : -4]).max() < 1e-9
+    turn = np.sign(pose[3:] @ numbers[-4:]) * pose[3:] - numbers[-4:]
+    assert np.abs(turn).max() < 1e-9
+
+
+def test_reach_is_the_published_one(robot: Robot) -> None:
+    joints = robot.sample(200_000, seed=11, collision_free=False)
+    position = robot.forward_kinematics(joints)[:, :3]
+    lower, upper = REACH[robot.name]
+    assert np.abs(position.min(axis=0) - lower).max() < 0.03
+    assert np.abs(position.max(axis=0) - upper).max() < 0.03
+    inside = (position >= robot.workspace[0]) & (position <= robot.workspace[1])
+    # NICOL's box cuts its reach down to the space over the table, the other boxes are the reach.
+    expected = 0.2576 if robot.name == "nicol" else 1.0
+    assert inside.all(axis=1).mean() == pytest.approx(expected, abs=0.005)
+
+
+def test_continuous_joints_of_fetch_are_sampled_over_one_turn() -> None:
+    robot = load_robot("fetch")
+    turning = [3, 5, 7]
+    assert robot.lower[turning].tolist() == [-3.14159] * 3
+    assert robot.upper[turning].tolist() == [3.14159] * 3
+
+
+def test_lift_of_fetch_raises_the_tip_by_itself() -> None:
+    robot = load_robot("fetch")
+    joints = np.tile(robot.sample(1, seed=3), (2, 1))
+    joints[:, 0] = 0.05, 0.30
+    low, high = robot.forward_kinematics(joints)
+    assert high - low == pytest.approx([0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 0.0], abs=1e-12)
+
+
+def test_home_is_free_and_some_samples_collide(robot: Robot) -> None:
+    assert not robot.in_collision(robot.home)[0]
+    share = robot.in_collision(robot.sample(2000, seed=1, collision_free=False)).mean()
+    least, most = COLLIDING[robot.name]
+    assert least < share < most
+
+
+def test_allowed_pairs_are_those_found_or_explained(robot: Robot) -> None:
+    listed = robot.description.allowed_collisions
+    assert listed is not None
+    pairs = {(frozenset(pair[:2]), pair[2]) for pair in listed}
+    found = {(frozenset(pair[:2]), pair[2]) for pair in robot.find_allowed_collisions()}
+    by_hand = {(frozenset(("base_link", "bellows_link2")), "slides-inside")}
+    assert pairs == (found | by_hand if robot.name == "fetch" else found)
+
+
+def test_table_and_head_of_nicol_stop_the_arm() -> None:
+    robot = load_robot("nicol")
+    joints = robot.sample(8000, seed=2, collision_free=False)
+    tip = robot.forward_kinematics(joints)[:, :3]
+    # 30 mm around the palm's middle: the palm is thicker than that towards the fingers.
+    in_table = (np.abs(tip[:, 2] - 0.79) < 0.03) & (tip[:, 0] > 0.05) & (np.abs(tip[:, 1]) < 0.9)
+    in_head = np.linalg.norm(tip - [0.211, 0.0, 1.542], axis=1) < 0.1
+    assert in_table.sum() > 5
+    assert in_head.sum() > 5
+    assert robot.in_collision(joints[in_table | in_head]).all()
+
+
+def test_inertias_are_physical_and_every_link_has_one(robot: Robot) -> None:
+    tree = ET.parse(robot.urdf_path).getroot()
+    bodies = [link for link in tree.findall("link") if link.get("name") != "world"]
+    assert all(link.find("inertial") is not None for link in bodies)
+    for inertia in tree.iter("inertia"):
+        xx, xy, xz, yy, yz, zz = (
+            float(inertia.get(k, "nan")) for k in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        )
+        principal = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        assert principal[0] > 0.0
+        assert principal[2] <= (principal[0] + principal[1]) * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("at_upper", [False, True])
+def test_fingers_are_where_published(robot: Robot, at_upper: bool) -> None:
+    model = pinocchio.buildModelFromUrdf(str(robot.urdf_path))
+    data, joints = model.createData(), pinocchio.neutral(model)
+    for name, joint in zip(model.names, model.joints, strict=True):
+        if at_upper and joint.nq == 1 and name not in robot.joint_names:
+            joints[joint.idx_q] = model.upperPositionLimit[joint.idx_q]
+    pinocchio.framesForwardKinematics(model, data, joints)
+    tip = data.oMf[model.getFrameId(robot.tip)]
+    for link, expected in (CLOSED if at_upper else OPEN)[robot.name].items():
+        pose = tip.actInv(data.oMf[model.getFrameId(link)])
+        assert np.abs(pose.translation - expected).max() < 2e-5, link
+
+
+def test_left_arm_of_valkyrie_mirrors_the_right() -> None:
+    model = pinocchio.buildModelFromUrdf(str(load_robot("valkyrie").urdf_path))
+    data, joints = model.createData(), pinocchio.neutral(model)
+    flipped = {"ShoulderRoll", "ElbowPitch", "WristRoll", "WristPitch"}  # turn about x or z
+    for number, part in enumerate((*sorted(flipped), "ShoulderPitch", "ShoulderYaw", "ForearmYaw")):
+        for side, sign in (("right", -1.0 if part in flipped else 1.0), ("left", 1.0)):
+            joint = model.joints[model.getJointId(side + part)]
+            joints[joint.idx_q] = sign * (0.1 + 0.05 * number)
+    pinocchio.framesForwardKinematics(model, data, joints)
+    right, left = (data.oMf[model.getFrameId(f"{side}Palm")] for side in ("right", "left"))
+    mirror = np.diag([1.0, -1.0, 1.0])
+    assert mirror @ right.translation == pytest.approx(left.translation, abs=1e-12)
+    assert mirror @ right.rotation @ mirror == pytest.approx(left.rotation, abs=1e-12)
+
+
+def test_fingers_pulled_by_tendons_stop_at_their_limits(robot: Robot, client: int) -> None:
+    hand = robot.description.hand
+    assert hand is not None
+    fingers = hand["tendons"].values() if hand["kind"] == "tendon" else [hand["joints"]]
+    body, joints, _ = load_body(robot, client)
+    pybullet.setPhysicsEngineParameter(numSolverIterations=100, physicsClientId=client)
+    for name, index in joints.items():
+        info = pybullet.getJointInfo(body, index, client)
+        if info[2] != pybullet.JOINT_FIXED:
+            pulled = any(name in finger for finger in fingers)
+            target = {"targetVelocity": 2.0, "force": 0.4} if pulled else {"force": info[10]}
+            pybullet.setJointMotorControl2(
+                body, index, pybullet.VELOCITY_CONTROL, physicsClientId=client, **target
+            )
+    for _ in range(360):
+        pybullet.stepSimulation(client)
+    for name in (joint for finger in fingers for joint in finger):
+        position = pybullet.getJointState(body, joints[name], client)[0]
+        limit = pybullet.getJointInfo(body, joints[name], client)[9]
+        assert position == pytest.approx(limit, abs=0.06), name
+        assert max(hand["open"], hand["closed"]) <= limit + 1e-4, name
+
+
+def test_pybullet_sees_the_same_collisions(robot: Robot, client: int) -> None:
+    body, joints, links = load_body(robot, client)
+    samples = robot.sample(4000, seed=5, collision_free=False)
+    hits = robot.in_collision(samples)
+    chosen = np.concatenate([np.flatnonzero(hits)[:60], np.flatnonzero(~hits)[:60]])
+    for row in chosen:
+        for name, position in zip(robot.joint_names, samples[row], strict=True):
+            pybullet.resetJointState(body, joints[name], position, physicsClientId=client)
+        gaps = [
+            point[8]
+            for first, second in robot.collision.pairs
+            for point in pybullet.getClosestPoints(
+                body, body, 0.002, links[first], links[second], physicsClientId=client
+            )
+        ]
+        gap = min(gaps, default=0.002)
+        assert (gap <= 0.0) == hits[row] or abs(gap) < 1e-3
