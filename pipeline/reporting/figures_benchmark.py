@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from pipeline.reporting.config import ReportConfig
@@ -20,6 +20,7 @@ from pipeline.reporting.style import (
     SOFT,
     Look,
     legend_below,
+    logarithmic,
     looks,
     panels,
 )
@@ -54,10 +55,8 @@ def success_against_tolerance(rows: Rows, config: ReportConfig) -> Figure:
                 label=solver_title(solver),
             )
         axis.axvline(1.0, color=SOFT, linewidth=0.8, zorder=0)
-        axis.set(xscale="log", ylim=(-2, 102), title=robot_title(robot))
-        axis.set_xlabel("tolerance [mm and deg]")
-        axis.xaxis.set_major_formatter(PLAIN)
-        axis.xaxis.set_minor_formatter(NullFormatter())
+        axis.set(ylim=(-2, 102), title=robot_title(robot), xlabel="tolerance [mm and deg]")
+        logarithmic(axis, "x")
     axes[0].set_ylabel("poses within [%]")
     legend_below(figure, axes)
     return figure
@@ -74,13 +73,9 @@ def error_against_time(summary: pd.DataFrame, published: Published) -> Figure:
         for solver in ordered_solvers(mine.solver):
             _points(axis, mine[mine.solver == solver], look[solver], solver_title(solver))
         _published_points(axis, published, robot)
-        axis.set(xscale="log", yscale="log", title=robot_title(robot))
-        axis.set_xlabel("time per pose [µs]")
-        axis.xaxis.set_major_locator(LogLocator())
-        axis.xaxis.set_major_formatter(PLAIN)
-        axis.yaxis.set_major_formatter(PLAIN)
-        for ticks in (axis.xaxis, axis.yaxis):
-            ticks.set_minor_formatter(NullFormatter())
+        axis.set(title=robot_title(robot), xlabel="time per pose [µs]")
+        logarithmic(axis, "x")
+        logarithmic(axis, "y")
     axes[0].set_ylabel("mean error over the axes [mm]")
     legend_below(figure, axes)
     return figure
@@ -103,9 +98,8 @@ def error_distributions(rows: Rows, config: ReportConfig) -> Figure:
                 values = _counted(rows[robot, solver], config)[column].dropna().to_numpy()
                 _spread(axis, place, np.maximum(values, floor), look[solver])
             axis.set_yticks(range(len(solvers)), [solver_title(name) for name in solvers])
-            axis.set(xscale="log", xlabel=label, ylim=(len(solvers) - 0.5, -0.5))
-            axis.xaxis.set_major_formatter(PLAIN)
-            axis.xaxis.set_minor_formatter(NullFormatter())
+            axis.set(xlabel=label, ylim=(len(solvers) - 0.5, -0.5))
+            logarithmic(axis, "x")
             axis.grid(visible=False, axis="y")
             if row == 0:
                 axis.set_title(robot_title(robot))
@@ -138,9 +132,7 @@ def against_the_paper(summary: pd.DataFrame, published: Published) -> Figure:
         axis.set_yticks(range(len(lines)), names if axis is axes[0] else [""] * len(lines))
         axis.set(xlabel=label, ylim=(len(lines) - 0.5, -0.5))
         if metric != "success_rate":
-            axis.set_xscale("log")
-            axis.xaxis.set_major_formatter(PLAIN)
-            axis.xaxis.set_minor_formatter(NullFormatter())
+            logarithmic(axis, "x")
     legend_below(figure, axes)
     return figure
 
@@ -254,6 +246,7 @@ def _front(axis: Axes, lines: pd.DataFrame) -> None:
 
 
 def _published_points(axis: Axes, published: Published, robot: str) -> None:
+    below: float | None = None
     for method in published.methods("numerical_comparison", robot):
         time = published.number("numerical_comparison", robot, method, "time_per_pose")
         error = published.number("numerical_comparison", robot, method, "position_error_mean")
@@ -265,8 +258,9 @@ def _published_points(axis: Axes, published: Published, robot: str) -> None:
         axis.annotate(
             solver_title(method),
             (time * 1e3, error),
-            (5, -3),
+            (5, 2 if below is not None and error < 1.5 * below else -5),
             textcoords="offset points",
             size=6,
             color=SOFT,
         )
+        below = error

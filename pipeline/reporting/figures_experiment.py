@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from pipeline.evaluation.statistics import wilson_interval
 from pipeline.reporting.config import ReportConfig
@@ -22,11 +21,18 @@ from pipeline.reporting.naming import (
     solver_title,
 )
 from pipeline.reporting.published import Published
-from pipeline.reporting.style import INK, PAPER_COLOUR, SOFT, legend_below, looks, panels
+from pipeline.reporting.style import (
+    INK,
+    PAPER_COLOUR,
+    SOFT,
+    legend_below,
+    logarithmic,
+    looks,
+    panels,
+)
 from pipeline.reporting.tables_experiment import PUBLISHED_TRIALS, one_row_a_plan
 
 Curves = Mapping[tuple[str, str], tuple[dict[str, Any], pd.DataFrame]]
-PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 SMOOTHING = 25  # points of a moving median over the noisy batch errors
 
 
@@ -42,10 +48,9 @@ def training_curves(trained: Curves) -> Figure:
             for (name, model), curve in drawn.items():
                 if name == robot:
                     _curve(axis, curve, column, look[model].colour, model)
-            axis.set(yscale="log", ylabel=label if robot == robots[0] else "")
+            axis.set(ylabel=label if robot == robots[0] else "")
             axis.set_xlabel("poses seen [million]" if row else "")
-            axis.yaxis.set_major_formatter(PLAIN)
-            axis.yaxis.set_minor_formatter(NullFormatter())
+            logarithmic(axis, "y")
             if row == 0:
                 axis.set_title(robot_title(robot))
     legend_below(figure, axes)
@@ -105,11 +110,9 @@ def planner_times(plans: Mapping[str, pd.DataFrame], published: Published) -> Fi
             )
         if paper is not None and robot in ("nico", "nicol"):
             axis.axvline(paper, color=PAPER_COLOUR, linestyle="--", label="paper's plan time")
-        axis.set(xscale="log", yscale="log", title=robot_title(robot))
-        axis.set_xlabel("time of a plan of 50 poses [ms]")
-        for ticks in (axis.xaxis, axis.yaxis):
-            ticks.set_major_formatter(PLAIN)
-            ticks.set_minor_formatter(NullFormatter())
+        axis.set(title=robot_title(robot), xlabel="time of a plan of 50 poses [ms]")
+        logarithmic(axis, "x")
+        logarithmic(axis, "y")
     axes[0].set_ylabel("largest tip error on the path [mm]")
     legend_below(figure, axes)
     return figure

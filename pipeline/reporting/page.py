@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from PIL import Image
 
 from pipeline.provenance import made_by
 from pipeline.reporting.config import ReportConfig
@@ -21,6 +22,7 @@ TEMPLATE = "report.html.jinja"
 TYPES = {".png": "image/png", ".gif": "image/gif", ".mp4": "video/mp4"}
 SHOWN_MEDIA = 12  # pictures and videos of one stage and robot; the rest is counted
 BYTES_PER_MB = 1e6
+PIXELS_PER_INCH = 125
 
 
 @dataclass(frozen=True)
@@ -163,7 +165,12 @@ def _sections(page: Page, budget: _Budget) -> Iterable[Section]:
             if name in figures:
                 shown = figures[name]
                 section.figures.append(
-                    {"name": name, "caption": shown.caption, "source": _data_uri(shown.path)}
+                    {
+                        "name": name,
+                        "caption": shown.caption,
+                        "source": _data_uri(shown.path),
+                        "width": _width(shown.path, page.config.dpi),
+                    }
                 )
         for stage in stages:
             section.media += _media(page.results, stage, budget)
@@ -197,6 +204,12 @@ def _media(results: Results, stage: str, budget: _Budget) -> list[dict[str, Any]
 def _data_uri(path: Path) -> str:
     content = base64.b64encode(path.read_bytes()).decode("ascii")
     return f"data:{TYPES[path.suffix]};base64,{content}"
+
+
+def _width(path: Path, dpi: int) -> int:
+    """Width on the page [CSS pixel], so that letters have one size in all figures."""
+    with Image.open(path) as picture:
+        return round(picture.width * PIXELS_PER_INCH / dpi)
 
 
 def _headlines(tables: list[Table]) -> list[dict[str, str]]:

@@ -7,43 +7,19 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from pipeline.data.files import replacing
 from pipeline.reporting.naming import ordered_solvers
 
-INK, SOFT, FAINT = "#1f2933", "#7b8794", "#e4e7eb"
+INK, SOFT = "#1f2933", "#7b8794"
 PAPER_COLOUR = "#9aa5b1"  # whatever is published, not measured here
-SETTINGS: dict[str, Any] = {
-    "font.family": "DejaVu Sans",
-    "font.size": 8.5,
-    "axes.titlesize": 9.5,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.labelcolor": INK,
-    "axes.edgecolor": SOFT,
-    "axes.linewidth": 0.7,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": FAINT,
-    "grid.linewidth": 0.7,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "text.color": INK,
-    "lines.linewidth": 1.6,
-    "lines.markersize": 5.5,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "hatch.linewidth": 0.6,
-    "pdf.fonttype": 42,
-    "svg.hashsalt": "cycleik-bench",
-}
+SETTINGS = Path(__file__).with_name("figures.mplstyle")
 
 
 @dataclass(frozen=True)
@@ -80,8 +56,7 @@ def styled() -> Iterator[None]:
     """Draw with the settings of this project, whatever the user's matplotlibrc says."""
     with mpl.rc_context():
         mpl.rcdefaults()
-        for name, value in SETTINGS.items():
-            mpl.rcParams[name] = value
+        mpl.rc_file(SETTINGS, use_default_template=False)
         yield
 
 
@@ -100,6 +75,20 @@ def panels(count: int, width: float, height: float, rows: int = 1) -> tuple[Figu
     figure = Figure(figsize=(max(width * count, 4.2), height * rows), layout="constrained")
     axes = figure.subplots(rows, count, squeeze=False)
     return figure, [axis for row in axes for axis in row]
+
+
+def logarithmic(axis: Axes, which: Literal["x", "y"]) -> None:
+    """Make an axis logarithmic with plain numbers, enough of them where it is short.
+
+    To be called when everything is drawn: what is labelled depends on the range.
+    """
+    (axis.set_xscale if which == "x" else axis.set_yscale)("log")
+    low, high = axis.get_xlim() if which == "x" else axis.get_ylim()
+    steps = (1.0, 2.0, 5.0) if high < 60 * low else (1.0,)
+    ticks = axis.xaxis if which == "x" else axis.yaxis
+    ticks.set_major_locator(LogLocator(subs=steps))
+    ticks.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ticks.set_minor_formatter(NullFormatter())
 
 
 def legend_below(figure: Figure, axes: Iterable[Axes], columns: int = 5) -> None:

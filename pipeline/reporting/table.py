@@ -134,8 +134,8 @@ class Table:
         typed = self._typed()
         head = ""
         if any(group for group, _ in self.groups()):
-            cells = "".join(f'<th colspan="{n}">{html.escape(g)}</th>' for g, n in self.groups())
-            head = f'<tr class="groups">{cells}</tr>'
+            spans = "".join(f'<th colspan="{n}">{html.escape(g)}</th>' for g, n in self.groups())
+            head = f'<tr class="groups">{spans}</tr>'
         titles = "".join(
             f'<th class="{column.css}">{html.escape(column.title)}</th>' for column in typed
         )
@@ -148,9 +148,8 @@ class Table:
             )
             lines.append(f'<tr class="first">{joined}</tr>' if new else f"<tr>{joined}</tr>")
             before = row[0]
-        return (
-            f"<table><thead>{head}<tr>{titles}</tr></thead><tbody>{''.join(body)}</tbody></table>"
-        )
+        body = "".join(lines)
+        return f"<table><thead>{head}<tr>{titles}</tr></thead><tbody>{body}</tbody></table>"
 
     def write(self, folder: Path) -> list[Path]:
         """Write the table as CSV, Markdown and LaTeX."""
