@@ -7,7 +7,7 @@ a joint connects and pairs that never move against each other are left out in an
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import Any
 
@@ -61,7 +61,7 @@ class CollisionChecker:
         touching = found == TOUCHING
         for row in np.flatnonzero(found == UNSURE):
             states = details(self._tree, self.shapes, joints[row : row + 1])[0]
-            touching[row] = self.exact.touching(joints[row], np.flatnonzero(states == UNSURE)).any()
+            touching[row] = any(self.exact.answers(joints[row], np.flatnonzero(states == UNSURE)))
         return touching
 
     def touching(self, joints: Array) -> NDArray[np.bool_]:
@@ -70,7 +70,7 @@ class CollisionChecker:
         touching = states == TOUCHING
         for row in np.flatnonzero((states == UNSURE).any(axis=1)):
             unsure = np.flatnonzero(states[row] == UNSURE)
-            touching[row, unsure] = self.exact.touching(joints[row], unsure)
+            touching[row, unsure] = list(self.exact.answers(joints[row], unsure))
         if not self.pairs:
             return np.zeros((len(joints), 0), dtype=bool)
         return np.logical_or.reduceat(touching, self.shapes.pair_start[:-1], axis=1)
@@ -111,8 +111,8 @@ class ExactChecker:
         ]
         return np.array(answers, dtype=bool)
 
-    def touching(self, q: Array, pairs: Iterable[int]) -> NDArray[np.bool_]:
-        """Which of some pairs of shapes touch.
+    def answers(self, q: Array, pairs: Iterable[int]) -> Iterator[bool]:
+        """Whether pairs of shapes touch, one after the other.
 
         Args:
             q: (dof,), rad or m.
@@ -122,11 +122,8 @@ class ExactChecker:
         pinocchio.updateGeometryPlacements(
             self.model, self._data, self.geometry, self._geometry_data, position
         )
-        answers = [
-            pinocchio.computeCollision(self.geometry, self._geometry_data, int(pair))
-            for pair in pairs
-        ]
-        return np.array(answers, dtype=bool)
+        for pair in pairs:
+            yield pinocchio.computeCollision(self.geometry, self._geometry_data, int(pair))
 
     def boxes(self) -> dict[str, Array]:
         """Corners (2, 3) of the box around each shape in its own frame, m, by name."""

@@ -22,14 +22,14 @@ SLACK = 1e-9
 ROOT = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _read(rows, i):  # type: ignore[no-untyped-def]
     a, b, c, d, e, f = rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3], rows[i, 4], rows[i, 5]
     g, h, k, x, y, z = rows[i, 6], rows[i, 7], rows[i, 8], rows[i, 9], rows[i, 10], rows[i, 11]
     return (a, b, c, d, e, f, g, h, k, x, y, z)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _write(rows, i, frame):  # type: ignore[no-untyped-def]
     for column in range(12):
         rows[i, column] = frame[column]
@@ -61,7 +61,7 @@ def _carry(frames, owner, points, moved):  # type: ignore[no-untyped-def]
         moved[i, 2] = g * px + h * py + k * pz + z
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _apart(points, a, b, reach):  # type: ignore[no-untyped-def]
     x, y, z = (
         points[a, 0] - points[b, 0],

@@ -55,14 +55,14 @@ def contact(kind, size, poses, a, b):  # type: ignore[no-untyped-def]
     return UNSURE if mesh else _search(kind, size, poses, a, b)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _verdict(gap, mesh):  # type: ignore[no-untyped-def]
     if gap > TOLERANCE:
         return FREE
     return UNSURE if mesh or gap > -TOLERANCE else TOUCHING
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _into(poses, i, x, y, z):  # type: ignore[no-untyped-def]
     """Turn a vector of the common frame into the frame of shape i."""
     return (
@@ -72,7 +72,7 @@ def _into(poses, i, x, y, z):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _between(poses, a, b):  # type: ignore[no-untyped-def]
     """Vector from the origin of a to that of b."""
     return (
@@ -100,7 +100,7 @@ def _gap_to_sphere(kind, size, poses, a, sphere):  # type: ignore[no-untyped-def
     return math.sqrt(x * x + y * y + z * z) - radius
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _extent(kind, size, poses, i, nx, ny, nz):  # type: ignore[no-untyped-def]
     """Half of a shape's extent along a unit direction, m."""
     x, y, z = _into(poses, i, nx, ny, nz)
@@ -158,7 +158,7 @@ def _gap_along_edges(size, poses, a, b):  # type: ignore[no-untyped-def]
     return gap
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _support(kind, size, poses, i, n):  # type: ignore[no-untyped-def]
     """Return the point of a cylinder or box furthest along a direction of any length."""
     x, y, z = _into(poses, i, n[0], n[1], n[2])

@@ -32,7 +32,7 @@ BLOCK = 64
 PARALLEL_BLOCK = 1024
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def add_column(J, column, frame, prismatic, scale):  # type: ignore[no-untyped-def]
     """Add a joint to the Jacobian at the origin of the base, from its frame before it moves.
 
@@ -58,7 +58,7 @@ def add_column(J, column, frame, prismatic, scale):  # type: ignore[no-untyped-d
         J[5, column] += zz
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def move_to_tip(J, x, y, z):  # type: ignore[no-untyped-def]
     """Turn a Jacobian at the origin of the base into the one at the point x, y, z, in place."""
     for column in range(J.shape[1]):

@@ -9,30 +9,30 @@ from __future__ import annotations
 from numba import njit
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def dot(a, b):  # type: ignore[no-untyped-def]
     """Inner product of two tuples of three."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def cross(a, b):  # type: ignore[no-untyped-def]
     """Vector product of two tuples of three."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def minus(a, b):  # type: ignore[no-untyped-def]
     """Difference of two tuples of three."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _row(simplex, i):  # type: ignore[no-untyped-def]
     return (simplex[i, 0], simplex[i, 1], simplex[i, 2])
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _keep(simplex, i, point):  # type: ignore[no-untyped-def]
     simplex[i, 0], simplex[i, 1], simplex[i, 2] = point
 

@@ -63,11 +63,6 @@ def _read_text(path: Path) -> str:
         raise UrdfError(f"{path}: cannot be read: {error.strerror}") from None
     if not text.strip():
         raise UrdfError(f"{path}: the file is empty")
-    if "<xacro:" in text or "${" in text:
-        raise UrdfError(
-            f"{path}: has xacro macros left in it, so it is a source of a URDF and not a URDF; "
-            f"expand it first: xacro {path.name} > robot.urdf"
-        )
     return text
 
 
@@ -75,14 +70,34 @@ def _parse_xml(path: Path, text: str) -> ElementTree.Element:
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
+        # A macro without the declaration of its prefix is not even well-formed.
+        if "<xacro:" in text:
+            raise _xacro_error(path) from None
         raise UrdfError(f"{path}: not well-formed XML: {error}") from None
     except ValueError as error:
         raise UrdfError(f"{path}: not readable as XML: {error}") from None
     if root.tag != "robot":
         raise UrdfError(f"{path}: the outermost element is <{root.tag}>, expected <robot>")
+    if _has_xacro(root):
+        raise _xacro_error(path)
     if root.find("link") is None:
         raise UrdfError(f"{path}: has no <link>, expected at least one")
     return root
+
+
+def _has_xacro(root: ElementTree.Element) -> bool:
+    """Whether macros are left where they matter: among links and joints, or inside them."""
+    if any("xacro" in child.tag for child in root):
+        return True
+    parts = [part for child in root if child.tag in ("link", "joint") for part in child.iter()]
+    return any("${" in value or "$(" in value for part in parts for value in part.attrib.values())
+
+
+def _xacro_error(path: Path) -> UrdfError:
+    return UrdfError(
+        f"{path}: has xacro macros left in it, so it is a source of a URDF and not a URDF; "
+        f"expand it first: xacro {path.name} > robot.urdf"
+    )
 
 
 def _check_mimics(path: Path, joints: dict[str, Joint]) -> None:
