@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from baselines.chain_urdf import chain_urdf_file
 from baselines.descent import DescentSolver
-from robots.rotations import matrix_from_quaternion
+from baselines.transforms import pose_matrix
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -44,10 +44,7 @@ class Placo(DescentSolver):
         self._solver.add_regularization_task(regularization)
 
     def _aim(self, pose: NDArray[np.float64]) -> None:
-        target = np.eye(4)
-        target[:3, :3] = matrix_from_quaternion(pose[3:])
-        target[:3, 3] = pose[:3]
-        self._task.T_world_frame = target
+        self._task.T_world_frame = pose_matrix(pose)
 
     def _place(self, joints: NDArray[np.float64]) -> None:
         self._robot.state.q[self._slice] = joints

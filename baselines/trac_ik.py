@@ -13,8 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines.chain_urdf import chain_urdf
-from baselines.errors import SolverError
-from baselines.protocol import NO_SOLUTION, OUT_OF_TIME, Answer, Clock, QuerySolver
+from baselines.errors import BudgetError, SolverError
+from baselines.protocol import (
+    NO_SOLUTION,
+    OUT_OF_TIME,
+    Answer,
+    Budget,
+    Clock,
+    QuerySolver,
+    Solution,
+)
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -67,7 +75,14 @@ class TracIk(QuerySolver):
             self._solvers[time_s] = solver
         return self._solvers[time_s]
 
-    def _solve_batch(self, poses: Any, initial: Any, budget: Any) -> Any:
+    def _solve_batch(
+        self,
+        poses: NDArray[np.float64],
+        initial: NDArray[np.float64],
+        budget: Budget | None,
+    ) -> Solution:
+        if budget is None or budget.time_s is None:
+            raise BudgetError(f"solver {self.name!r} needs a budget of time_s")
         self._current = self._library(budget.time_s)
         return super()._solve_batch(poses, initial, budget)
 

@@ -1,5 +1,6 @@
-"""What every registered solver must do, on a robot with redundancy and on one that cannot reach."""
+"""What every registered solver must do, on an arm that reaches a plane only and on real robots."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -8,28 +9,37 @@ import pytest
 import baselines
 from baselines import Budget, BudgetError, InitialError, PoseError, SkippedSolver, Solver
 from baselines.registry import FOLDER, settings
-from robots import load_robot
+from robots import available_robots, load_robot
 
 TWO_LINK = Path(__file__).parents[1] / "fixtures" / "two_link.urdf"
-ROBOTS = ("two_link", "panda")
+ROBOTS = ("two_link", *available_robots())
+QUICK = ("two_link", "panda")
 COUNT = 12
 # Neural solvers need trained weights, which a fresh checkout may not have; `pipeline` tests them.
 NAMES = tuple(name for name in baselines.names() if "weights" not in settings(name))
 
 
-@pytest.fixture(scope="module")
-def robots():
-    return {
-        "two_link": load_robot(urdf=TWO_LINK, base="base", tip="tip"),
-        "panda": load_robot("panda"),
-    }
+CASES = [
+    pytest.param(
+        (name, robot), marks=() if robot in QUICK else pytest.mark.slow, id=f"{name}-{robot}"
+    )
+    for name in NAMES
+    for robot in ROBOTS
+]
 
 
-@pytest.fixture(scope="module", params=[(n, r) for n in NAMES for r in ROBOTS], ids="-".join)
-def solver(request, robots) -> Solver:
+@cache
+def robot_named(name: str):
+    if name == "two_link":
+        return load_robot(urdf=TWO_LINK, base="base", tip="tip")
+    return load_robot(name)
+
+
+@pytest.fixture(scope="module", params=CASES)
+def solver(request) -> Solver:
     name, robot = request.param
     try:
-        return baselines.load(name, robots[robot])
+        return baselines.load(name, robot_named(robot))
     except SkippedSolver as reason:
         pytest.skip(str(reason))
 

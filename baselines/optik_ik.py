@@ -1,0 +1,67 @@
+"""OptIK: sequential quadratic programming in Rust with random restarts, on one thread."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from baselines.chain_urdf import chain_urdf_file
+from baselines.errors import BudgetError
+from baselines.protocol import (
+    NO_SOLUTION,
+    OUT_OF_TIME,
+    Answer,
+    Budget,
+    Clock,
+    QuerySolver,
+    Solution,
+)
+from baselines.transforms import pose_matrix
+
+if TYPE_CHECKING:
+    from robots import Robot
+
+Array = NDArray[np.float64]
+
+
+class Optik(QuerySolver):
+    """OptIK's solver, until its cost is below the tolerance or the time is used up.
+
+    Args:
+        robot: The robot to solve for.
+        tolerance: Squared error (m² + rad²) below which a solution is claimed.
+        solution_mode: "speed" for the first solution, "quality" for the one nearest the initial
+            guess, which uses up the time.
+        threads: Threads that search in parallel.
+        time_s: Wall-clock budget per pose where `solve` gets none [s].
+    """
+
+    requires: ClassVar[tuple[str, ...]] = ("optik",)
+    budgets: ClassVar[frozenset[str]] = frozenset({"time_s"})
+
+    def __init__(
+        self, robot: Robot, *, tolerance: float, solution_mode: str, threads: int, time_s: float
+    ) -> None:
+        import optik
+
+        super().__init__(robot, time_s=time_s)
+        self._settings: dict[str, Any] = {"tol_f": tolerance, "solution_mode": solution_mode}
+        with chain_urdf_file(robot) as urdf:
+            self._library = optik.Robot.from_urdf_file(str(urdf), robot.base, robot.tip)
+        self._library.set_parallelism(threads)
+
+    def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
+        import optik
+
+        if budget is None or budget.time_s is None:
+            raise BudgetError(f"solver {self.name!r} needs a budget of time_s")
+        self._config = optik.SolverConfig(max_time=budget.time_s, **self._settings)
+        return super()._solve_batch(poses, initial, budget)
+
+    def _solve_one(self, pose: Array, initial: Array, clock: Clock) -> Answer:
+        answer = self._library.ik(self._config, pose_matrix(pose), initial)
+        if answer is not None:
+            return Answer(np.array(answer[0]), "")
+        return Answer(initial, OUT_OF_TIME if clock.time_left_s <= 0 else NO_SOLUTION)
