@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from baselines import Budget, QuerySolver, Solution, Solver, SolverError
 from pipeline.errors import PipelineError
 from pipeline.evaluation.config import EvaluateConfig
+from pipeline.evaluation.identity import solver_identity
 from pipeline.evaluation.machine import fingerprint_hash, machine_fingerprint, pinned
 from pipeline.evaluation.parts import Parts, array_checksum
 from pipeline.evaluation.rows import raw_rows
@@ -130,6 +131,7 @@ def question(subject: Subject, config: EvaluateConfig) -> dict[str, Any]:
         "base": robot.base,
         "tip": robot.tip,
         "solver": subject.label,
+        "solver_identity": solver_identity(subject.solver),
         "solver_budget": None if budget is None else asdict(budget),
         "seed": subject.seed,
         "initial": initial or "home",

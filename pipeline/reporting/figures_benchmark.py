@@ -36,7 +36,7 @@ def success_against_tolerance(rows: Rows, config: ReportConfig) -> Figure:
     """Share of poses within x mm and x deg, for all x: one tolerance is one vertical line."""
     robots = ordered_robots(robot for robot, _ in rows)
     look = looks(solver for _, solver in rows)
-    figure, axes = panels(len(robots), 3.4, 3.0)
+    figure, axes = panels(len(robots), 3.7, 3.0)
     for axis, robot in zip(axes, robots, strict=True):
         for solver in _of(rows, robot):
             counted = _counted(rows[robot, solver], config)
@@ -66,7 +66,7 @@ def error_against_time(summary: pd.DataFrame, published: Published) -> Figure:
     """Mean error against time per pose, batch sizes apart, with the Pareto front."""
     robots = ordered_robots(summary.robot)
     look = looks(summary.solver)
-    figure, axes = panels(len(robots), 3.4, 3.3)
+    figure, axes = panels(len(robots), 3.7, 3.3)
     for axis, robot in zip(axes, robots, strict=True):
         mine = summary[summary.robot == robot]
         _front(axis, mine)
@@ -86,7 +86,7 @@ def error_distributions(rows: Rows, config: ReportConfig) -> Figure:
     robots = ordered_robots(robot for robot, _ in rows)
     look = looks(solver for _, solver in rows)
     most = max(len(_of(rows, robot)) for robot in robots)
-    figure, axes = panels(len(robots), 3.4, 0.9 + 0.34 * most, rows=2)
+    figure, axes = panels(len(robots), 3.7, 0.8 + 0.26 * most, rows=2)
     kinds = (
         ("position_error_mm", "position error [mm]", FLOOR_MM),
         ("rotation_error_deg", "rotation error [deg]", FLOOR_DEG),
@@ -141,7 +141,7 @@ def win_matrix(pairs: pd.DataFrame) -> Figure:
     """Share of poses on which the solver of the row is nearer than that of the column."""
     robots = ordered_robots(pairs.robot)
     most = max(len(_compared(pairs[pairs.robot == robot])) for robot in robots)
-    figure, axes = panels(len(robots), max(0.62 * most + 1.5, 3.0), 0.5 * most + 1.3)
+    figure, axes = panels(len(robots), max(0.5 * most + 1.5, 3.0), 0.4 * most + 1.2)
     for axis, robot in zip(axes, robots, strict=True):
         mine = pairs[pairs.robot == robot]
         solvers = _compared(mine)
@@ -164,7 +164,7 @@ def win_matrix(pairs: pd.DataFrame) -> Figure:
 def workspace_map(rows: Rows, solver: str, config: ReportConfig) -> Figure:
     """Median position error over the workspace, seen from the side: distance from the axis, z."""
     robots = ordered_robots(robot for robot, name in rows if name == solver)
-    figure, axes = panels(len(robots), 3.4, 3.1)
+    figure, axes = panels(len(robots), 3.7, 3.1)
     shown = None
     for axis, robot in zip(axes, robots, strict=True):
         counted = _counted(rows[robot, solver], config).dropna(subset=["position_error_mm"])
@@ -246,21 +246,16 @@ def _front(axis: Axes, lines: pd.DataFrame) -> None:
 
 
 def _published_points(axis: Axes, published: Published, robot: str) -> None:
-    below: float | None = None
+    """Stars for the paper's solvers; labels of neighbours are kept apart."""
+    points = []
     for method in published.methods("numerical_comparison", robot):
         time = published.number("numerical_comparison", robot, method, "time_per_pose")
         error = published.number("numerical_comparison", robot, method, "position_error_mean")
-        if time is None or error is None:
-            continue
-        axis.plot(
-            time * 1e3, error, "*", color="white", markeredgecolor=SOFT, markersize=8, label="paper"
-        )
-        axis.annotate(
-            solver_title(method),
-            (time * 1e3, error),
-            (5, 2 if below is not None and error < 1.5 * below else -5),
-            textcoords="offset points",
-            size=6,
-            color=SOFT,
-        )
+        if time is not None and error is not None:
+            points.append((error, time * 1e3, solver_title(method)))
+    below = 0.0
+    for error, time, title in sorted(points):
+        axis.plot(time, error, "*", color="white", markeredgecolor=SOFT, ms=8, label="paper")
+        shift = (5, 2) if error < 1.6 * below else (5, -5)
+        axis.annotate(title, (time, error), shift, textcoords="offset points", size=6, color=SOFT)
         below = error

@@ -40,7 +40,7 @@ def training_curves(trained: Curves) -> Figure:
     """Errors on the validation set and on the batches while each network was trained."""
     drawn = {key: curve for key, (_, curve) in trained.items() if len(curve)}
     robots = ordered_robots(robot for robot, _ in drawn)
-    figure, axes = panels(len(robots), 3.4, 2.3, rows=2)
+    figure, axes = panels(len(robots), 3.7, 2.2, rows=2)
     look = looks(model for _, model in drawn)
     kinds = (("position_error_mm", "position [mm]"), ("rotation_error_deg", "rotation [deg]"))
     for row, (column, label) in enumerate(kinds):
@@ -91,7 +91,7 @@ def grasp_outcomes(
 def planner_times(plans: Mapping[str, pd.DataFrame], published: Published) -> Figure:
     """Plan time and largest tip error of every plan, by solver."""
     robots = ordered_robots(plans)
-    figure, axes = panels(len(robots), 3.4, 3.0)
+    figure, axes = panels(len(robots), 3.7, 3.0)
     look = looks(solver for rows in plans.values() for solver in rows.solver)
     paper = published.number("planner", "nico_nicol", "cycleik", "time_per_50_point_plan")
     for axis, robot in zip(axes, robots, strict=True):

@@ -84,7 +84,7 @@ def logarithmic(axis: Axes, which: Literal["x", "y"]) -> None:
     """
     (axis.set_xscale if which == "x" else axis.set_yscale)("log")
     low, high = axis.get_xlim() if which == "x" else axis.get_ylim()
-    steps = (1.0, 2.0, 5.0) if high < 60 * low else (1.0,)
+    steps = (1.0, 2.0, 5.0) if high < 150 * low else (1.0,)
     ticks = axis.xaxis if which == "x" else axis.yaxis
     ticks.set_major_locator(LogLocator(subs=steps))
     ticks.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

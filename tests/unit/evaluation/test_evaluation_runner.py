@@ -32,10 +32,13 @@ class Scripted(Solver):
     def __init__(self, robot, joints, found=True, fault=None):
         super().__init__(robot)
         self.joints, self.claim, self.fault = np.asarray(joints), found, fault
-        self.calls, self.budgets_seen = 0, []
+        self.budgets_seen = []
+
+    @property
+    def calls(self):
+        return len(self.budgets_seen)
 
     def _solve_batch(self, poses, initial, budget):
-        self.calls += 1
         self.budgets_seen.append(budget)
         if self.fault is not None:
             raise self.fault
@@ -220,3 +223,19 @@ def test_the_question_is_json_and_names_poses_and_machine(robot, config):
     assert json.loads(json.dumps(asked))["poses"] == 12
     assert len(asked["poses_checksum"]) == 64
     assert asked["machine"]["threads"] == 1
+
+
+def test_other_weights_or_settings_are_another_question(robot, config):
+    import torch
+
+    torch.manual_seed(0)
+    solver = Scripted(robot, robot.home)
+    solver.network = torch.nn.Linear(7, 2)
+    given = subject(robot, solver)
+    first = question(given, config)
+    assert question(given, config) == first
+    with torch.no_grad():
+        solver.network.weight[0, 0] += 1e-6
+    assert question(given, config) != first
+    other = subject(robot, Scripted(robot, robot.home, found=False))
+    assert question(other, config) != question(subject(robot, Scripted(robot, robot.home)), config)

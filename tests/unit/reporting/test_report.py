@@ -1,0 +1,96 @@
+"""The whole report from a synthetic results folder: complete, self-contained, the same twice."""
+
+import json
+import re
+
+import pytest
+from synthetic import PUBLISHED, report_config, write_results
+
+from pipeline.reporting.report import make_report, make_table
+
+CONFIG = report_config(dpi=50, resamples=20)
+
+
+def contents(root):
+    made = [*(root / "tables").iterdir(), *(root / "figures").iterdir(), root / "metrics.json"]
+    return {path.name: path.read_bytes() for path in made}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    root = write_results(
+        tmp_path_factory.mktemp("run") / "quick", ("panda",), ("cycleik", "lm"), 60
+    )
+    still = root / "grasp" / "panda" / "still_01.png"
+    still.write_bytes(b"\x89PNG not really")
+    return root, make_report(root, PUBLISHED, CONFIG)
+
+
+def test_every_table_and_figure_is_there(made):
+    _, paths = made
+    tables = {path.stem for path in paths.tables.iterdir()}
+    assert {"table1_hyperparameters", "table2_numerical_comparison", "precision"} <= tables
+    assert {"table3_neural_comparison", "time", "planner", "figure5_grasping"} <= tables
+    for name in ("success_against_tolerance", "training_curves", "grasp_outcomes", "win_matrix"):
+        assert (paths.figures / f"{name}.png").stat().st_size > 1000
+        assert (paths.figures / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_the_page_needs_no_other_file_to_be_seen(made):
+    page = made[1].html.read_text(encoding="utf-8")
+    sources = re.findall(r'src="([^"]{0,40})', page)
+    assert len(sources) >= 9
+    assert all(source.startswith("data:") for source in sources)
+    assert not re.search(r"<(script|link)\b", page)
+    assert "Table II" in page
+    assert "still 01" in page
+
+
+def test_links_lead_to_files(made):
+    root, paths = made
+    links = re.findall(r'href="([^"#][^"]*)"', paths.html.read_text(encoding="utf-8"))
+    assert links
+    assert [link for link in links if not (root / link).exists()] == []
+
+
+def test_metrics_are_numbers_by_stage_robot_and_solver(made):
+    metrics = json.loads(made[1].metrics.read_text())
+    assert 0 <= metrics["evaluate"]["panda"]["lm"]["success_strict"] <= 1
+    assert metrics["grasp"]["panda"] == {"success": 0.85, "trials": 20}
+    assert metrics["plan"]["panda"]["cycleik"]["plan_time_ms_median"] > 0
+
+
+def test_the_same_rows_give_the_same_bytes(made):
+    root, _ = made
+    before = contents(root)
+    make_report(root, PUBLISHED, CONFIG)
+    after = contents(root)
+    assert [name for name in before if before[name] != after[name]] == []
+
+
+def test_an_empty_folder_gives_a_report_that_says_so(tmp_path):
+    paths = make_report(tmp_path / "quick", PUBLISHED, CONFIG)
+    page = paths.html.read_text(encoding="utf-8")
+    for stage in ("dataset", "tune", "train", "evaluate", "plan", "grasp"):
+        assert f"The {stage} stage has left nothing" in page
+    assert json.loads(paths.metrics.read_text()) == {}
+
+
+def test_damaged_files_are_named_and_the_rest_is_shown(tmp_path):
+    root = write_results(tmp_path / "quick", ("panda",), ("cycleik", "lm"), 20)
+    damaged = root / "evaluate" / "panda" / "lm.parquet"
+    damaged.write_bytes(damaged.read_bytes()[:200])
+    (root / "train" / "panda" / "compact" / "curve.csv").unlink()
+    (root / "dataset" / "panda" / "card.json").write_text("{")
+    table = make_table(root, PUBLISHED, CONFIG, "precision")
+    assert [row[1] for row in table.rows] == ["CycleIK"]
+    page = make_report(root, PUBLISHED, CONFIG).html.read_text(encoding="utf-8")
+    assert "lm.parquet could not be read" in page
+    assert "There is no quick/train/panda/compact/curve.csv" in page
+    assert "card.json could not be read" in page
+
+
+def test_one_table_by_name(made):
+    assert make_table(made[0], PUBLISHED, CONFIG, "time").rows
+    with pytest.raises(ValueError, match="table2_numerical_comparison"):
+        make_table(made[0], PUBLISHED, CONFIG, "tabel2")
