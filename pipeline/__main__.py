@@ -22,9 +22,10 @@ Looking around:
   solvers    the inverse-kinematics solvers and what each needs
   compare    what two results folders changed, in configuration and figures: compare A B
   doctor     versions, threads, accelerator, and what is missing
+  where      where the tables, figures and the report are
 
-Overrides are Hydra's: robot=nico profile=smoke train.learning_rate=1.0e-4. With -m a list of values
-is swept, each run in a results folder of its own: train -m train.loss=former,smooth robot=panda,nico
+Overrides are Hydra's: robot=nico profile=smoke train.learning_rate=1.0e-4. With -m lists of values
+are swept, each run in a results folder of its own: train -m train.loss=former,smooth seed=0,1
 `python -m pipeline <command> --help` says more; `make reproduce` runs everything through DVC.
 """
 BAD_INPUT, INTERRUPTED = 2, 130

@@ -1,4 +1,4 @@
-"""Range checks of configuration values: each raises a `ValueError` that names key, value and range."""
+"""Range checks of configuration values: each raises `ValueError` with key, value and range."""
 
 from __future__ import annotations
 
@@ -33,6 +33,12 @@ def within(key: str, value: float, low: float, high: float) -> None:
     """Refuse numbers outside ``[low, high]``."""
     if _number(value) and not low <= value <= high:
         raise ValueError(f"{key} must lie between {low} and {high}, got {value}")
+
+
+def ordered(key: str, low: float, high: float) -> None:
+    """Refuse an interval whose ends are swapped."""
+    if _number(low) and _number(high) and low > high:
+        raise ValueError(f"{key}: low {low} is above high {high}")
 
 
 def one_of(key: str, value: str, valid: Iterable[str]) -> None:

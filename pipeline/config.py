@@ -1,4 +1,4 @@
-"""Composition: YAML and command-line overrides in, a checked `Config` out, or one clear sentence."""
+"""Composition: YAML and overrides in, a checked `Config` out, or one clear sentence."""
 
 from __future__ import annotations
 
@@ -158,5 +158,3 @@ def _first_line(error: BaseException) -> str:
     """The sentence of a Hydra or OmegaConf message, without its context lines."""
     line = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
     return re.sub(r"\s+", " ", line).rstrip(".")
-
-

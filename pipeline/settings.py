@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from omegaconf import MISSING
 
-from pipeline.checks import at_least, one_of, positive, positive_all
+from pipeline.checks import at_least, one_of, ordered, positive, positive_all, within
 from pipeline.evaluation.config import EvaluateConfig
 from pipeline.grasping.config import GraspConfig
 from pipeline.planning.config import PlanConfig
@@ -65,18 +65,21 @@ class ModelConfig:
     """Architecture of a network."""
 
     name: str = MISSING
+    kind: str = MISSING
     hidden: list[int] = MISSING
     tanh_layers: int = MISSING
+    width: int = MISSING
+    heads: int = MISSING
 
     def __post_init__(self) -> None:
         """Refuse layers without neurons and a count of tanh layers beyond the network."""
+        one_of("model.kind", self.kind, ("mlp", "residual"))
         positive_all("model.hidden", self.hidden)
-        at_least("model.tanh_layers", self.tanh_layers, 1)
-        if self.tanh_layers > len(self.hidden) + 1:
-            raise ValueError(
-                f"model.tanh_layers must be at most {len(self.hidden) + 1}, the number of layers, "
-                f"got {self.tanh_layers}"
-            )
+        positive("model.width", self.width)
+        positive("model.heads", self.heads)
+        if self.kind == "mlp" and self.heads != 1:
+            raise ValueError(f"model.heads must be 1 for model.kind=mlp, got {self.heads}")
+        within("model.tanh_layers", self.tanh_layers, 1, len(self.hidden) + 1)
 
 
 @dataclass
@@ -91,24 +94,34 @@ class TrainConfig:
     batch_size: int = MISSING
     learning_rate: float = MISSING
     epochs: int = MISSING
+    warm_up_steps: int = MISSING
+    weight_decay: float = MISSING
     gradient_clip: float = MISSING
+    head_share: float = MISSING
+    head_share_until: float = MISSING
+    kinematics: str = MISSING
     negate_input: bool = MISSING
     device: str = MISSING
     validations: int = MISSING
     checkpoint_s: float = MISSING
-    source: str = MISSING  # `train.from` in YAML and on the command line: `from` is a Python keyword
+    source: str = (
+        MISSING  # `train.from` in YAML and on the command line: `from` is a Python keyword
+    )
 
     def __post_init__(self) -> None:
         """Refuse rates, sizes and names that cannot be."""
-        one_of("train.loss", self.loss, ("smooth", "former"))
+        one_of("train.loss", self.loss, ("smooth", "former", "matrix"))
+        one_of("train.kinematics", self.kinematics, ("auto", "compiled", "pytorch_kinematics"))
         one_of("train.device", self.device, ("auto", "cpu", "cuda"))
         one_of("train.from", self.source, ("default", "best"))
         for name in ("position_beta", "rotation_beta", "batch_size", "learning_rate", "epochs"):
             positive(f"train.{name}", getattr(self, name))
         for name in ("gradient_clip", "validations", "checkpoint_s"):
             positive(f"train.{name}", getattr(self, name))
-        for name in ("position_weight", "rotation_weight"):
+        for name in ("position_weight", "rotation_weight", "warm_up_steps", "weight_decay"):
             at_least(f"train.{name}", getattr(self, name), 0)
+        for name in ("head_share", "head_share_until"):
+            within(f"train.{name}", getattr(self, name), 0, 1)
 
 
 @dataclass
@@ -122,8 +135,7 @@ class Range:
 
     def __post_init__(self) -> None:
         """Refuse empty ranges."""
-        if self.low > self.high:
-            raise ValueError(f"tune.space: low {self.low} is above high {self.high}")
+        ordered("tune.space", self.low, self.high)
         at_least("tune.space: step", self.step, 0)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from pipeline.commands.compare import compare
-from pipeline.commands.look import doctor, robot, robots, solvers
+from pipeline.commands.look import doctor, robot, robots, solvers, where
 from pipeline.commands.run import everything, stage
 
 Command = Callable[[list[str]], int]
@@ -16,6 +16,7 @@ COMMANDS: dict[str, Command] = {
     "solvers": solvers,
     "compare": compare,
     "doctor": doctor,
+    "where": where,
 }
 
 __all__ = ["COMMANDS", "stage"]

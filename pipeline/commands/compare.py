@@ -45,7 +45,8 @@ def _configuration(folder: Path) -> dict[str, Any]:
     if (folder / "config.yaml").exists():
         whole = OmegaConf.to_container(OmegaConf.load(folder / "config.yaml"))
         assert isinstance(whole, dict)
-        flat.update(_flatten({k: v for k, v in whole.items() if k not in IGNORED}, "run: "))
+        told = {str(key): value for key, value in whole.items() if key not in IGNORED}
+        flat.update(_flatten(told, "run: "))
     return flat
 
 
@@ -59,24 +60,27 @@ def _metrics(folder: Path) -> dict[str, Any]:
     return flat
 
 
-def _flatten(node: Any, prefix: str) -> dict[str, Any]:
-    if not isinstance(node, dict):
-        return {prefix.rstrip("."): node}
+def _flatten(node: dict[str, Any], prefix: str) -> dict[str, Any]:
     flat: dict[str, Any] = {}
     for key, value in node.items():
-        flat.update(_flatten(value, f"{prefix}{key}." if isinstance(value, dict) else f"{prefix}{key}"))
+        name = f"{prefix}{key}"
+        flat.update(_flatten(value, f"{name}.") if isinstance(value, dict) else {name: value})
     return flat
 
 
 def _print_differences(title: str, first: dict[str, Any], second: dict[str, Any]) -> None:
-    keys = [key for key in sorted({*first, *second}) if first.get(key) != second.get(key)]
-    print(f"{title}: {len(keys)} of {len({*first, *second})} differ" if keys else f"{title}: the same")
+    every = sorted({*first, *second})
+    keys = [key for key in every if first.get(key) != second.get(key)]
     if not keys:
-        print()
+        print(f"{title}: the same\n")
         return
-    rows = [(key, _show(first.get(key)), _show(second.get(key)), _change(first.get(key), second.get(key))) for key in keys]
-    widths = [max(len(row[column]) for row in [*rows, ("", "A", "B", "B - A")]) for column in range(4)]
-    for row in [("", "A", "B", "B - A"), *rows]:
+    print(f"{title}: {len(keys)} of {len(every)} differ")
+    rows = [("", "A", "B", "B - A")]
+    for key in keys:
+        a, b = first.get(key), second.get(key)
+        rows.append((key, _show(a), _show(b), _change(a, b)))
+    widths = [max(len(row[column]) for row in rows) for column in range(4)]
+    for row in rows:
         cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
         print("  " + "  ".join(cells).rstrip())
     print()
@@ -89,8 +93,9 @@ def _show(value: Any) -> str:
 
 
 def _change(first: Any, second: Any) -> str:
-    numbers = (int, float)
-    if isinstance(first, numbers) and isinstance(second, numbers) and not isinstance(first, bool):
-        share = f" ({(second - first) / first:+.1%})" if first else ""
-        return f"{second - first:+.6g}{share}"
-    return ""
+    if any(
+        not isinstance(value, int | float) or isinstance(value, bool) for value in (first, second)
+    ):
+        return ""
+    share = f" ({(second - first) / first:+.1%})" if first else ""
+    return f"{second - first:+.6g}{share}"

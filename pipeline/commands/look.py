@@ -8,9 +8,11 @@ import platform
 import shutil
 
 import numpy as np
+import yaml
 
 import baselines
 from pipeline import provenance
+from pipeline.config import CONF_DIR
 from pipeline.errors import PipelineError
 from robots import available_robots, load_robot
 
@@ -32,7 +34,9 @@ def robots(arguments: list[str]) -> int:
         robot = load_robot(name)
         low, high = np.round(robot.workspace, 2)
         print(f"{name}: {robot.description.title}")
-        print(f"  {robot.dof} joints from {robot.base} to {robot.tip}: {', '.join(robot.joint_names)}")
+        print(
+            f"  {robot.dof} joints from {robot.base} to {robot.tip}: {', '.join(robot.joint_names)}"
+        )
         print(f"  workspace of the tip, m: {low.tolist()} to {high.tolist()}")
     return 0
 
@@ -56,7 +60,9 @@ def doctor(arguments: list[str]) -> int:
     print(f"python {platform.python_version()} on {provenance.machine()['system']}")
     print(f"processor: {provenance.machine()['processor']}")
     print(f"cores: {provenance.machine()['cores']}, torch threads: {torch.get_num_threads()}")
-    accelerator = torch.cuda.get_device_name() if torch.cuda.is_available() else "none (CPU is used)"
+    accelerator = (
+        torch.cuda.get_device_name() if torch.cuda.is_available() else "none (CPU is used)"
+    )
     print(f"accelerator: {accelerator}")
     free = shutil.disk_usage(provenance.ROOT).free / 1e9
     print(f"free disk: {free:.0f} GB, commit {provenance.commit()}, process {os.getpid()}")
@@ -94,6 +100,17 @@ def robot(arguments: list[str]) -> int:
     from robots.add import add_robot
 
     print(add_robot(arguments[1], options["base"], options["tip"], name=options.get("name")))
+    return 0
+
+
+def where(arguments: list[str]) -> int:
+    """Print where the tables, figures and the report of the default profile are."""
+    _no_arguments("where", arguments)
+    profile = yaml.safe_load((CONF_DIR / "bench.yaml").read_text(encoding="utf-8"))["profile"]
+    folder = provenance.ROOT / "results" / profile
+    for name, path in (("tables", "tables"), ("figures", "figures"), ("report", "report.html")):
+        state = "" if (folder / path).exists() else "   (not made yet: make reproduce)"
+        print(f"{name:<8} {folder / path}{state}")
     return 0
 
 

@@ -41,7 +41,9 @@ def split_seed(root: int, robot: str, split: str) -> int:
     return derive_seed(root, "dataset", robot, split)
 
 
-def write_split(path: Path, robot: Robot, joints: NDArray[np.float64], facts: dict[str, Any]) -> None:
+def write_split(
+    path: Path, robot: Robot, joints: NDArray[np.float64], facts: dict[str, Any]
+) -> None:
     """Write the poses of joints (N, dof) as one Parquet file, atomically.
 
     Args:
@@ -56,12 +58,12 @@ def write_split(path: Path, robot: Robot, joints: NDArray[np.float64], facts: di
 
 
 def joint_columns(robot: Robot) -> list[str]:
-    """Return the columns that hold joint values, base to tip: q0, q1, …"""
+    """Return the columns that hold joint values, base to tip: q0, q1 and so on."""
     return [f"q{index}" for index in range(robot.dof)]
 
 
 def write_card(folder: Path, card: dict[str, Any]) -> None:
-    """Write the card of a folder of splits, with the checksum of each file; it completes the set."""
+    """Write the card of a folder of splits with the checksum of each file; it completes the set."""
     files = {path.name: sha256(path) for path in sorted(folder.glob("*.parquet"))}
     write_json(folder / CARD, {**card, "files": files})
 

@@ -78,7 +78,9 @@ def read_metadata(path: Path) -> dict[str, Any]:
     except FileNotFoundError as error:
         raise TableError(f"there is no {path}") from error
     except (pa.ArrowInvalid, OSError) as error:
-        raise TableError(f"{path} is not a readable Parquet file ({error}); make it again") from error
+        raise TableError(
+            f"{path} is not a readable Parquet file ({error}); make it again"
+        ) from error
     if METADATA_KEY not in metadata:
         raise TableError(f"{path} has no provenance: it was not written by this pipeline")
     return dict(json.loads(metadata[METADATA_KEY]))
@@ -90,7 +92,9 @@ def _read(path: Path) -> pa.Table:
     except FileNotFoundError as error:
         raise TableError(f"there is no {path}") from error
     except (pa.ArrowInvalid, OSError) as error:
-        raise TableError(f"{path} is not a readable Parquet file ({error}); make it again") from error
+        raise TableError(
+            f"{path} is not a readable Parquet file ({error}); make it again"
+        ) from error
 
 
 def _content_checksum(table: pa.Table) -> str:

@@ -1,4 +1,4 @@
-"""Losses of the paper and the errors that are shown while a network trains.
+"""Losses of the paper and ours, and the errors that are shown while a network trains.
 
 Positions are in metres, quaternions unit and scalar first; equation numbers are the paper's. Losses
 come by row: the mean over the batch of these equations is taken where rows are weighed.
@@ -12,6 +12,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import l1_loss, smooth_l1_loss
 
+from pipeline.learning.rotation import matrix_from_quaternion, quaternion_from_matrix
 from pipeline.settings import TrainConfig
 
 Loss = Callable[[Tensor, Tensor], Tensor]
@@ -39,16 +40,51 @@ def former_rotation_loss(predicted: Tensor, target: Tensor) -> Tensor:
     return l1_loss(predicted, target, reduction="none").mean(dim=-1)
 
 
-def pose_losses(train: TrainConfig) -> tuple[Loss, Loss]:
-    """Return the position and the rotation loss, both by row, that ``train.loss`` names."""
-    if train.loss == "former":
-        return former_position_loss, former_rotation_loss
-    return (
-        lambda predicted, target: position_loss(predicted, target, train.position_beta),
-        lambda predicted, target: smooth_minimum_quaternion_loss(
-            predicted, target, train.rotation_beta
-        ),
-    )
+def matrix_loss(predicted: Tensor, target: Tensor, beta: float) -> Tensor:
+    """Return smooth L1 (N,) of rotation matrices (N, 3, 3), mean over components."""
+    return smooth_l1_loss(predicted, target, beta=beta, reduction="none").mean(dim=(-1, -2))
+
+
+class PoseLoss:
+    """Weighted sum of a position and a rotation loss (equation 9), by row.
+
+    Args:
+        train: Names the losses, their betas and weights.
+    """
+
+    def __init__(self, train: TrainConfig) -> None:
+        self.train = train
+
+    def __call__(self, position: Tensor, rotation: Tensor, target: Tensor) -> Tensor:
+        """Return losses (N,) of positions (N, 3), rotations (N, 3, 3) against poses (N, 7)."""
+        parts = self.parts(position, rotation, target)
+        return self.train.position_weight * parts[0] + self.train.rotation_weight * parts[1]
+
+    def parts(self, position: Tensor, rotation: Tensor, target: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the position and the rotation loss by row, unweighted."""
+        train, goal = self.train, target[:, :3]
+        if train.loss == "former":
+            quaternion = quaternion_from_matrix(rotation)
+            turned = former_rotation_loss(quaternion, target[:, 3:])
+            return former_position_loss(position, goal), turned
+        moved = position_loss(position, goal, train.position_beta)
+        if train.loss == "matrix":
+            wanted = matrix_from_quaternion(target[:, 3:])
+            return moved, matrix_loss(rotation, wanted, train.rotation_beta)
+        quaternion = quaternion_from_matrix(rotation)
+        return moved, smooth_minimum_quaternion_loss(quaternion, target[:, 3:], train.rotation_beta)
+
+
+def winner_takes_most(losses: Tensor, share: float) -> Tensor:
+    """Return the loss of a batch from losses (N, K) of K hypotheses.
+
+    The best hypothesis of a pose counts 1 - share and the mean of all of them ``share``, which
+    keeps hypotheses alive that never win (Rupprecht et al., *Learning in an Uncertain World*, ICCV
+    2017). With one hypothesis it is the mean over the batch.
+    """
+    if losses.shape[1] == 1:
+        return losses.mean()
+    return (1 - share) * losses.amin(dim=1).mean() + share * losses.mean()
 
 
 def position_error_mm(predicted: Tensor, target: Tensor) -> Tensor:

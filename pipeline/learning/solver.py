@@ -18,7 +18,9 @@ NOT_PRECISE = "outside the tolerance"
 
 
 class CycleIk(Solver):
-    """CycleIK: deterministic, one answer a pose, no iterations and no initial guess.
+    """CycleIK: deterministic, one forward pass, no iterations and no initial guess.
+
+    Of several hypotheses the one with the smallest error, each measured in tolerances, is taken.
 
     Args:
         robot: The robot it solves for.
@@ -56,9 +58,17 @@ class CycleIk(Solver):
         start = time.perf_counter()
         with torch.inference_mode():
             output = self.network(torch.as_tensor(poses, dtype=torch.float32))
-        joints = np.clip(output.numpy().astype(np.float64), self.lower, self.upper)
+        hypotheses = np.clip(output.numpy().astype(np.float64), self.lower, self.upper)
+        position, rotation = self._errors(hypotheses, poses)
+        best = (
+            position * self.rotation_tolerance_deg + rotation * self.position_tolerance_mm
+        ).argmin(1)
+        rows = np.arange(len(poses))
+        joints = hypotheses[rows, best]
+        found = (position[rows, best] <= self.position_tolerance_mm) & (
+            rotation[rows, best] <= self.rotation_tolerance_deg
+        )
         seconds = time.perf_counter() - start
-        found = self._within_tolerance(joints, poses)
         return Solution(
             joints=joints,
             found=found,
@@ -67,10 +77,13 @@ class CycleIk(Solver):
             reason=tuple("" if good else NOT_PRECISE for good in found),
         )
 
-    def _within_tolerance(
-        self, joints: NDArray[np.float64], poses: NDArray[np.float64]
-    ) -> NDArray[np.bool_]:
-        reached = self.robot.forward_kinematics(joints)
-        position = np.linalg.norm(reached[:, :3] - poses[:, :3], axis=1) * 1e3
-        angle = np.degrees(rotations.rotation_angle(reached[:, 3:], poses[:, 3:]))
-        return (position <= self.position_tolerance_mm) & (angle <= self.rotation_tolerance_deg)
+    def _errors(
+        self, hypotheses: NDArray[np.float64], poses: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return errors (N, K) in mm and deg of hypotheses (N, K, dof)."""
+        count, heads, dof = hypotheses.shape
+        reached = self.robot.forward_kinematics(hypotheses.reshape(-1, dof))
+        reached = reached.reshape(count, heads, 7)
+        position = np.linalg.norm(reached[..., :3] - poses[:, None, :3], axis=2) * 1e3
+        targets = np.broadcast_to(poses[:, None, 3:], (count, heads, 4))
+        return position, np.degrees(rotations.rotation_angle(reached[..., 3:], targets))

@@ -15,8 +15,15 @@ from tqdm import tqdm
 
 from pipeline.learning import checkpoint
 from pipeline.learning.checkpoint import Progress
-from pipeline.learning.kinematics import ForwardKinematics
-from pipeline.learning.losses import pose_losses, position_error_mm, rotation_error_deg
+from pipeline.learning.kinematics import make_kinematics
+from pipeline.learning.losses import (
+    PoseLoss,
+    position_error_mm,
+    rotation_error_deg,
+    winner_takes_most,
+)
+from pipeline.learning.networks import IkNetwork
+from pipeline.learning.rotation import quaternion_from_matrix
 from pipeline.progress import LOGGER, bar
 from pipeline.seeding import derive_seed
 from pipeline.settings import TrainConfig
@@ -54,20 +61,24 @@ class Trainer:
 
     Args:
         robot: Gives forward kinematics.
-        network: Poses (N, 7) to joints (N, dof); moved to the device.
+        network: Poses (N, 7) to hypotheses (N, K, dof); moved to the device.
         train: Losses, optimiser, schedule.
         run: Seed, checkpoint and label.
     """
 
-    def __init__(self, robot: Robot, network: nn.Module, train: TrainConfig, run: Run) -> None:
+    def __init__(self, robot: Robot, network: IkNetwork, train: TrainConfig, run: Run) -> None:
         self.device = pick_device(train.device)
         self.network = network.to(self.device)
         self.train = train
         self.run = run
-        self.kinematics = ForwardKinematics(robot, self.device)
-        self.position_loss, self.rotation_loss = pose_losses(train)
-        self.optimizer = torch.optim.Adam(
-            self.network.parameters(), lr=train.learning_rate, fused=True
+        self.kinematics = make_kinematics(robot, train.kinematics, self.device)
+        self.pose_loss = PoseLoss(train)
+        # With a weight decay of zero AdamW is Adam.
+        self.optimizer = torch.optim.AdamW(
+            self.network.parameters(),
+            lr=train.learning_rate,
+            weight_decay=train.weight_decay,
+            fused=True,
         )
 
     def fit(self, poses: NDArray[np.float64], validation: NDArray[np.float64]) -> Progress:
@@ -130,14 +141,15 @@ class Trainer:
                 saved = time.monotonic()
 
     def _step(self, target: Tensor, progress: Progress, total: int) -> None:
-        """One step of Adam; a gradient that is not finite changes nothing and is counted."""
+        """One optimiser step; a gradient that is not finite changes nothing and is counted."""
         for group in self.optimizer.param_groups:
-            group["lr"] = self.train.learning_rate * (1 - progress.step / total)
+            group["lr"] = self.learning_rate(progress.step, total)
         shown = target
         if self.train.negate_input and progress.step % 2:
             shown = torch.cat((target[:, :3], -target[:, 3:]), dim=1)
-        reached = self.kinematics(self.network(shown))
-        loss = self.loss(reached, target)
+        losses = self.pose_loss(*self._reached(shown), self._for_heads(target))
+        share = self._head_share(progress.step / total)
+        loss = winner_takes_most(losses.unflatten(0, (len(target), -1)), share)
         self.optimizer.zero_grad(set_to_none=True)
         loss.backward()
         norm = nn.utils.clip_grad_norm_(self.network.parameters(), self.train.gradient_clip)
@@ -149,29 +161,54 @@ class Trainer:
             progress.skipped += 1
         progress.step += 1
 
-    def loss(self, reached: Tensor, target: Tensor) -> Tensor:
-        """Weighted sum of position and rotation loss over poses (N, 7) (equation 9)."""
-        position = self.position_loss(reached[:, :3], target[:, :3]).mean()
-        rotation = self.rotation_loss(reached[:, 3:], target[:, 3:]).mean()
-        return self.train.position_weight * position + self.train.rotation_weight * rotation
+    def learning_rate(self, step: int, total: int) -> float:
+        """Return the rate of a step: a linear warm-up, then linear to zero."""
+        warm = min(1.0, (step + 1) / (self.train.warm_up_steps + 1))
+        return self.train.learning_rate * warm * (1 - step / total)
 
     @torch.no_grad()
     def errors(self, poses: Tensor) -> tuple[Tensor, Tensor]:
-        """Return position errors (N,) in mm and rotation errors (N,) in deg on poses (N, 7)."""
-        reached = torch.cat(
-            [self.kinematics(self.network(part)) for part in poses.split(VALIDATION_BATCH)]
-        )
-        return (
-            position_error_mm(reached[:, :3], poses[:, :3]),
-            rotation_error_deg(reached[:, 3:], poses[:, 3:]),
-        )
+        """Return errors (N,) in mm and deg of the best hypothesis for each of poses (N, 7)."""
+        parts = [self._best_errors(part) for part in poses.split(VALIDATION_BATCH)]
+        positions, rotations = zip(*parts, strict=True)
+        return torch.cat(positions), torch.cat(rotations)
 
     @torch.no_grad()
     def validation_losses(self, poses: Tensor) -> tuple[float, float]:
-        """Return the position and the rotation loss, unweighted, on poses (N, 7)."""
-        reached = self.kinematics(self.network(poses))
-        position = self.position_loss(reached[:, :3], poses[:, :3]).mean()
-        return float(position), float(self.rotation_loss(reached[:, 3:], poses[:, 3:]).mean())
+        """Return position and rotation loss, unweighted, of the best hypotheses on poses (N, 7)."""
+        position, rotation = self.pose_loss.parts(*self._reached(poses), self._for_heads(poses))
+        both = self.train.position_weight * position + self.train.rotation_weight * rotation
+        best = both.unflatten(0, (len(poses), -1)).argmin(dim=1, keepdim=True)
+        means = [
+            part.unflatten(0, (len(poses), -1)).gather(1, best) for part in (position, rotation)
+        ]
+        return float(means[0].mean()), float(means[1].mean())
+
+    def _reached(self, poses: Tensor) -> tuple[Tensor, Tensor]:
+        """Tip frames of all hypotheses: positions (N K, 3) and rotations (N K, 3, 3)."""
+        return self.kinematics(self.network(poses).flatten(0, 1))
+
+    def _for_heads(self, poses: Tensor) -> Tensor:
+        """Repeat poses (N, 7) for each hypothesis, (N K, 7)."""
+        heads = self.network.heads
+        return poses if heads == 1 else poses.repeat_interleave(heads, dim=0)
+
+    def _head_share(self, done: float) -> float:
+        """Weight of the mean of all heads: 1 at the start, `head_share` after a stretch."""
+        until = self.train.head_share_until
+        rest = max(0.0, 1 - done / until) if until > 0 else 0.0
+        return self.train.head_share + (1 - self.train.head_share) * rest
+
+    def _best_errors(self, poses: Tensor) -> tuple[Tensor, Tensor]:
+        position, rotation = self._reached(poses)
+        targets = self._for_heads(poses)
+        best = self.pose_loss(position, rotation, targets).unflatten(0, (len(poses), -1)).argmin(1)
+        rows = torch.arange(len(poses), device=poses.device) * self.network.heads + best
+        quaternion = quaternion_from_matrix(rotation[rows])
+        return (
+            position_error_mm(position[rows], poses[:, :3]),
+            rotation_error_deg(quaternion, poses[:, 3:]),
+        )
 
     def _validate(self, held_out: Tensor, progress: Progress, total: int) -> None:
         position, rotation = self.errors(held_out)
@@ -182,7 +219,7 @@ class Trainer:
             "loss": progress.loss_sum / max(progress.loss_steps, 1),
             "validation_position_error_mm": float(position.mean()),
             "validation_rotation_error_deg": float(rotation.mean()),
-            "learning_rate": self.train.learning_rate * (1 - done / total),
+            "learning_rate": self.learning_rate(done, total),
         }
         progress.curve.append(row)
         progress.loss_sum, progress.loss_steps = 0.0, 0

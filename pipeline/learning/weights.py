@@ -10,7 +10,7 @@ from safetensors.torch import load_file, save_file
 from torch import nn
 
 from pipeline.data.files import read_json, replacing, sha256, write_json
-from pipeline.learning.networks import CycleIkMlp
+from pipeline.learning.networks import IkNetwork, build_network
 from pipeline.settings import ModelConfig
 from robots import Robot
 
@@ -30,7 +30,7 @@ def save_weights(folder: Path, network: nn.Module, card: dict[str, Any]) -> None
     write_json(folder / CARD, {**card, "weights_sha256": sha256(path)})
 
 
-def load_network(folder: Path, robot: Robot) -> nn.Module:
+def load_network(folder: Path, robot: Robot) -> IkNetwork:
     """Rebuild the network that a card describes and load its weights.
 
     Args:
@@ -48,9 +48,11 @@ def load_network(folder: Path, robot: Robot) -> nn.Module:
     _check_robot(folder, card, robot)
     path = folder / WEIGHTS
     if not path.exists() or sha256(path) != card.get("weights_sha256"):
-        raise WeightsError(f"{path} is missing or not the file that its card speaks of; train again")
+        raise WeightsError(
+            f"{path} is missing or not the file that its card speaks of; train again"
+        )
     model = card["config"]["model"]
-    network = CycleIkMlp(robot, ModelConfig(**model))
+    network = build_network(robot, ModelConfig(**model))
     try:
         network.load_state_dict(load_file(path))
     except (SafetensorError, RuntimeError) as error:
@@ -87,5 +89,3 @@ def _check_robot(folder: Path, card: dict[str, Any], robot: Robot) -> None:
                 f"the weights in {folder} are for another robot: {key} is {card.get(key)!r} there, "
                 f"{ours!r} here; train with: python -m pipeline train robot={robot.name}"
             )
-
-

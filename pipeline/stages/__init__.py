@@ -1,4 +1,4 @@
-"""The seven stages: each parses nothing, calls the library, and writes one artifact with its card."""
+"""The seven stages: each calls the library and writes one artifact with its card."""
 
 from __future__ import annotations
 

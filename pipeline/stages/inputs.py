@@ -10,6 +10,7 @@ from pathlib import Path
 
 from omegaconf import OmegaConf
 
+from baselines import Solver
 from pipeline.artifacts import Artifacts
 from pipeline.config import to_dict
 from pipeline.data.dataset import CARD, DatasetError, card_config
@@ -18,6 +19,7 @@ from pipeline.learning.weights import CARD as WEIGHTS_CARD
 from pipeline.progress import LOGGER
 from pipeline.provenance import ROOT
 from pipeline.settings import Config, ModelConfig, TrainConfig
+from pipeline.solvers import is_neural, load_solver
 from pipeline.stages import run_stage
 from robots import Robot, available_robots, load_robot
 
@@ -86,6 +88,11 @@ def weights_of(config: Config) -> Path:
         run_stage("train", config)
         return own
     return found.parent
+
+
+def solver_of(name: str, robot: Robot, config: Config) -> Solver:
+    """Make a solver for a run; a neural one gets the weights of the run."""
+    return load_solver(name, robot, weights_of(config) if is_neural(name) else None)
 
 
 def trained_with(config: Config) -> tuple[TrainConfig, ModelConfig]:

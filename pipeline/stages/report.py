@@ -12,5 +12,7 @@ from pipeline.stages.inputs import artifacts
 
 def run(config: Config) -> list[Path]:
     """Write tables/, figures/, report.html and metrics.json of a results folder."""
-    paths = make_report(artifacts(config).root, ROOT / "results" / "published_results.csv", config.report)
+    paths = make_report(
+        artifacts(config).root, ROOT / "results" / "published_results.csv", config.report
+    )
     return [paths.tables, paths.figures, paths.html]

@@ -14,7 +14,7 @@ from pipeline.artifacts import exclusive
 from pipeline.config import to_dict
 from pipeline.data.dataset import CARD, read_split
 from pipeline.data.files import read_json, write_json, write_text
-from pipeline.learning.networks import CycleIkMlp, parameter_count
+from pipeline.learning.networks import build_network, parameter_count
 from pipeline.learning.trainer import Run, Trainer
 from pipeline.learning.weights import chain_facts, save_weights
 from pipeline.seeding import derive_seed
@@ -36,7 +36,7 @@ def run(config: Config) -> list[Path]:
     with exclusive(folder):
         seed = derive_seed(config.seed, "train", robot.name, model.name)
         torch.manual_seed(seed)
-        network = CycleIkMlp(robot, model)
+        network = build_network(robot, model)
         run_ = Run(
             seed=seed,
             digest=provenance.digest([facts, seed, provenance.versions()]),

@@ -41,7 +41,7 @@ def run(config: Config) -> list[Path]:
             raise PipelineError(f"no trial of {study.study_name} ended well: look at tune.space")
         folder.mkdir(parents=True, exist_ok=True)
         write_text(folder / "trials.csv", trials_table(study).to_csv(index=False))
-        train, model = draw(study.best_trial, config)  # type: ignore[arg-type]
+        train, model = draw(study.best_trial, config)
         best = {"train": _searched(config, to_dict(train)), "model": _model(to_dict(model))}
         write_text(folder / "best.yaml", OmegaConf.to_yaml(OmegaConf.create(best)))
         write_json(folder / "metrics.json", {"objective": study.best_value})

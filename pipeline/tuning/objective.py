@@ -9,7 +9,7 @@ from optuna import Trial
 from optuna.exceptions import TrialPruned
 
 from pipeline.data.dataset import PoseSet
-from pipeline.learning.networks import CycleIkMlp, parameter_count
+from pipeline.learning.networks import build_network, parameter_count
 from pipeline.learning.trainer import Run, Trainer
 from pipeline.seeding import derive_seed
 from pipeline.settings import Config, ModelConfig, Range, TrainConfig
@@ -38,7 +38,7 @@ class Objective:
         train, model = draw(trial, self.config)
         seed = derive_seed(self.config.seed, "tune", self.robot.name, trial.number)
         torch.manual_seed(seed)
-        network = CycleIkMlp(self.robot, model)
+        network = build_network(self.robot, model)
         trial.set_user_attr("parameters", parameter_count(network))
         trial.set_user_attr("hidden", model.hidden)
         run = Run(seed=seed, digest="", label=f"trial {trial.number}")
@@ -69,7 +69,7 @@ def draw(trial: Trial, config: Config) -> tuple[TrainConfig, ModelConfig]:
     layers = int(_suggest(trial, "layers", space.pop("layers")))
     neurons = space.pop("neurons")
     hidden = [int(_suggest(trial, f"neurons_{i}", neurons)) for i in range(layers)]
-    model = {"name": "trial", "hidden": hidden, "tanh_layers": config.model.tanh_layers}
+    model = {**vars(config.model), "name": "trial", "hidden": hidden}
     train = dict(vars(config.train))
     train.update(epochs=config.tune.epochs, validations=1)
     for name, limits in space.items():

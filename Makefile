@@ -1,0 +1,43 @@
+# Two commands for someone who has just cloned this: `make reproduce` and `make test`.
+SHELL := /bin/bash
+BIN := $(CURDIR)/.venv/bin
+export PATH := $(BIN):$(PATH)
+export DVC_NO_ANALYTICS := 1
+export PYTHONHASHSEED := 0
+
+.PHONY: help environment reproduce test lint types unit slow smoke clean
+
+help:
+	@echo "make reproduce   environment, then every stage through DVC, to tables, figures and report.html"
+	@echo "make test        environment, then lint, types and tests"
+	@echo "make smoke       every stage at toy scale without DVC, two minutes"
+	@echo "make slow        tests that take minutes"
+	@echo "make clean       remove results and caches; .venv stays"
+
+environment:
+	@PYTHON="$(PYTHON)" .ci/environment
+
+reproduce: environment
+	@dvc repro
+	@python -m pipeline where
+
+test: lint types unit
+
+lint: environment
+	ruff check .
+	ruff format --check .
+
+types: environment
+	mypy
+
+unit: environment
+	pytest --durations=10
+
+slow: environment
+	pytest -m slow
+
+smoke: environment
+	python -m pipeline all profile=smoke
+
+clean:
+	rm -rf results/smoke results/quick .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -1,0 +1,39 @@
+"""Stage plan: Bezier motions between random poses of a robot, by several solvers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipeline import provenance
+from pipeline.artifacts import exclusive
+from pipeline.config import to_dict
+from pipeline.data.files import write_json
+from pipeline.data.tables import write_table
+from pipeline.planning.benchmark import benchmark, plan_pair, random_pairs
+from pipeline.planning.figures import write_figures
+from pipeline.progress import bar
+from pipeline.seeding import derive_seed
+from pipeline.settings import Config
+from pipeline.stages.inputs import artifacts, robot_of, solver_of
+
+
+def run(config: Config) -> list[Path]:
+    """Write the raw rows of the planner benchmark and figures of one motion."""
+    robot = robot_of(config)
+    folder = artifacts(config).plan(robot.name)
+    solvers = {name: solver_of(name, robot, config) for name in config.plan.solvers}
+    repair = solver_of(config.plan.repair, robot, config) if config.plan.repair else None
+    seed = derive_seed(config.seed, "plan", robot.name)
+    total = len(solvers) * config.plan.pairs
+    with exclusive(folder), bar(total, "plan", f"plan {robot.name}") as shown:
+        rows = benchmark(robot, solvers, config.plan, seed, repair, shown.update)
+        pair = random_pairs(robot, config.plan.pairs, seed)[0]
+        motions = {
+            name: plan_pair(robot, solver, pair, config.plan, repair)
+            for name, solver in solvers.items()
+        }
+        write_figures(robot, pair, motions, config.plan, folder)
+        card = provenance.card("plan", config=config, robot=robot.name, pairs_seed=seed)
+        write_table(folder / "plans.parquet", rows, {**card, "plan": to_dict(config.plan)})
+        write_json(folder / "card.json", card)
+    return [folder]

@@ -1,0 +1,102 @@
+"""Composition: every choice composes, and what cannot be is refused with the valid choices."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipeline.config import CONF_DIR, compose, group_choices, sweep, to_yaml
+from pipeline.errors import ConfigError
+
+GROUPS = ("robot", "model", "profile", "experiment", "train", "evaluate", "plan", "grasp")
+CHOICES = [(group, choice) for group in GROUPS for choice in group_choices(group)]
+
+
+@pytest.mark.parametrize(("group", "choice"), CHOICES)
+def test_every_choice_of_every_group_composes(group: str, choice: str) -> None:
+    config = compose([f"{group}={choice}"])
+    assert f"{group}" in to_yaml(config)
+
+
+def test_profiles_set_the_scale_and_the_command_line_has_the_last_word() -> None:
+    smoke = compose(["profile=smoke"])
+    assert (smoke.model.name, smoke.dataset.train, smoke.results_dir) == (
+        "tiny",
+        2000,
+        "results/smoke",
+    )
+    assert compose(["profile=smoke", "model=compact"]).model.name == "compact"
+    paper = compose(["profile=paper", "robot=nico"])
+    assert paper.train.batch_size == 300
+    assert paper.model.hidden == [2270, 560, 1100, 1990, 2590, 870]
+    assert paper.dataset.test == 200_000
+
+
+def test_from_is_a_key_although_python_reserves_the_word() -> None:
+    assert compose(["train.from=best"]).train.source == "best"
+    assert "from: best" in to_yaml(compose(["train.from=best"]))
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("robot=pandaa", ["'pandaa'", "did you mean 'panda'", "nico"]),
+        ("model=huge", ["no model 'huge'", "compact"]),
+        ("profile=", ["profile"]),
+        ("train.learning_rat=1", ["learning_rat", "did you mean 'learning_rate'", "epochs"]),
+        ("trian.epochs=1", ["did you mean 'train'"]),
+        ("+train.speed=1", ["speed"]),
+        ("~train.epochs", ["cannot be removed"]),
+        ("train.batch_size=-1", ["train.batch_size", "greater than 0", "-1"]),
+        ("train.batch_size=abc", ["train.batch_size", "abc"]),
+        ("train.batch_size=1.5", ["train.batch_size", "1.5"]),
+        ("train.epochs=0", ["train.epochs", "greater than 0"]),
+        ("train.learning_rate=nan", ["train.learning_rate"]),
+        ("train.loss=l2", ["smooth", "former", "l2"]),
+        ("train.device=tpu", ["auto, cpu, cuda"]),
+        ("dataset.train=0", ["dataset.train"]),
+        ("model.hidden=[]", ["model.hidden", "empty"]),
+        ("model.hidden=[64,-3]", ["model.hidden", "-3"]),
+        ("model.tanh_layers=9", ["model.tanh_layers"]),
+        ("seed=-1", ["seed"]),
+        ("evaluate.not_found=maybe", ["idle", "nan", "maybe"]),
+        ("grasp.trials=-5", ["grasp.trials", "-5"]),
+        ("plan.pairs=0", ["plan.pairs"]),
+        ("tune.space.layers.low=9", ["low", "high"]),
+        ("train.epochs", ["key=value"]),
+        ("train.epochs=1,2", ["-m"]),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_sentence(override: str, words: list[str]) -> None:
+    with pytest.raises(ConfigError) as caught:
+        compose([override])
+    message = str(caught.value)
+    assert all(word in message for word in words), message
+    assert message.count("\n") <= 1
+
+
+def test_a_sweep_is_the_product_of_its_lists_in_order() -> None:
+    runs = sweep(["train.loss=former,smooth", "robot=panda,nico", "profile=smoke"])
+    assert runs == [
+        ["train.loss=former", "robot=panda", "profile=smoke"],
+        ["train.loss=former", "robot=nico", "profile=smoke"],
+        ["train.loss=smooth", "robot=panda", "profile=smoke"],
+        ["train.loss=smooth", "robot=nico", "profile=smoke"],
+    ]
+    assert sweep(["seed=range(0,3)"]) == [["seed=0"], ["seed=1"], ["seed=2"]]
+    assert sweep(["model.hidden=[64,64]"]) == [["model.hidden=[64,64]"]]
+    with pytest.raises(ConfigError, match="open interval"):
+        sweep(["train.learning_rate=interval(0,1)"])
+
+
+def test_every_key_has_a_comment() -> None:
+    """YAML owns every value, with unit and meaning beside it."""
+    bare = []
+    for path in sorted(CONF_DIR.rglob("*.yaml")):
+        if path.parts[-2] in ("profile", "experiment", "objects", "scene") or path.stem == "config":
+            continue  # these override values that are explained where they are owned
+        for line in path.read_text(encoding="utf-8").splitlines():
+            key, _, value = line.partition(":")
+            owns = value.strip() and not key.strip().startswith(("#", "-", "_target_", "name"))
+            if owns and "#" not in line and not line.startswith(" "):
+                bare.append(f"{path.relative_to(CONF_DIR)}: {line}")
+    assert not bare, "\n".join(bare)

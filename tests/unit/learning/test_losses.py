@@ -1,0 +1,81 @@
+"""Losses against values computed by hand from the paper's equations."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import torch
+
+from pipeline.config import compose
+from pipeline.learning.losses import (
+    PoseLoss,
+    former_position_loss,
+    former_rotation_loss,
+    matrix_loss,
+    position_error_mm,
+    position_loss,
+    rotation_error_deg,
+    smooth_minimum_quaternion_loss,
+    winner_takes_most,
+)
+from pipeline.learning.rotation import matrix_from_quaternion
+
+
+def test_position_loss_is_quadratic_below_beta_and_linear_above() -> None:
+    predicted = torch.tensor([[0.0005, 0.0, -0.011]])
+    # axis 1: 0.5 * 0.0005^2 / 0.001; axis 2: 0; axis 3: 0.011 - 0.0005; mean over three axes
+    expected = (0.000125 + 0.0 + 0.0105) / 3
+    assert position_loss(predicted, torch.zeros(1, 3), 0.001).item() == pytest.approx(expected)
+
+
+def test_quaternion_loss_sums_components_and_takes_the_nearer_sign() -> None:
+    target = torch.tensor([[1.0, 0.0, 0.0, 0.0]])
+    predicted = torch.tensor([[-0.95, 0.005, 0.0, 0.0]])
+    # nearer sign: |-0.95 + 1| = 0.05 -> 0.05 - 0.005; 0.005 -> 0.5 * 0.005^2 / 0.01
+    expected = 0.045 + 0.00125
+    assert smooth_minimum_quaternion_loss(predicted, target, 0.01).item() == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("loss", ["smooth", "matrix"])
+def test_the_sign_of_the_target_quaternion_changes_no_loss(loss: str) -> None:
+    generator = torch.Generator().manual_seed(0)
+    target = torch.nn.functional.normalize(torch.randn(100, 4, generator=generator), dim=1)
+    reached = torch.nn.functional.normalize(torch.randn(100, 4, generator=generator), dim=1)
+    position = torch.randn(100, 3, generator=generator)
+    pose_loss = PoseLoss(compose([f"train.loss={loss}"]).train)
+    rotation = matrix_from_quaternion(reached)
+    plus = pose_loss(position, rotation, torch.cat((position, target), dim=1))
+    minus = pose_loss(position, rotation, torch.cat((position, -target), dim=1))
+    assert torch.equal(plus, minus)
+    assert (plus > 0).all()
+
+
+def test_former_losses_are_mean_absolute_errors() -> None:
+    position = former_position_loss(torch.tensor([[0.1, -0.2, 0.3]]), torch.zeros(1, 3))
+    assert position.item() == pytest.approx(0.2)
+    quaternion = torch.tensor([[1.0, 0.0, 0.0, 0.0]])
+    assert former_rotation_loss(-quaternion, quaternion).item() == pytest.approx(0.5)
+
+
+def test_matrix_loss_of_a_quarter_turn() -> None:
+    quarter = torch.tensor([[math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)]])
+    identity = torch.tensor([[1.0, 0.0, 0.0, 0.0]])
+    # about z: two diagonal entries fall from 1 to 0, two others go to +-1; each counts 1 - beta / 2
+    loss = matrix_loss(matrix_from_quaternion(quarter), matrix_from_quaternion(identity), 0.01)
+    assert loss.item() == pytest.approx(4 * 0.995 / 9, rel=1e-5)
+
+
+def test_winner_takes_most() -> None:
+    losses = torch.tensor([[1.0, 3.0], [6.0, 2.0]])
+    assert winner_takes_most(losses, 0.0).item() == pytest.approx(1.5)
+    assert winner_takes_most(losses, 1.0).item() == pytest.approx(3.0)
+    assert winner_takes_most(losses, 0.1).item() == pytest.approx(0.9 * 1.5 + 0.1 * 3.0)
+
+
+def test_errors_in_millimetres_and_degrees() -> None:
+    assert position_error_mm(torch.tensor([[3.0, 4.0, 0.0]]), torch.zeros(1, 3)).item() == 5000.0
+    half = math.radians(0.01) / 2
+    tiny = torch.tensor([[math.cos(half), math.sin(half), 0.0, 0.0]])
+    identity = torch.tensor([[-1.0, 0.0, 0.0, 0.0]])
+    assert rotation_error_deg(tiny, identity).item() == pytest.approx(0.01, rel=1e-3)

@@ -1,0 +1,118 @@
+"""Training: it learns, resumes bitwise, survives bad gradients, and refuses what cannot be."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from pipeline.config import compose
+from pipeline.learning.networks import build_network
+from pipeline.learning.trainer import Batches, Run, Trainer, TrainingError
+from pipeline.settings import Config
+from robots import Robot, load_robot
+
+SMALL = ["profile=smoke", "train.batch_size=50", "train.epochs=2", "train.validations=4"]
+
+
+class Killed(Exception):
+    """Stands for a process that ends without a word."""
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return load_robot("nico")
+
+
+@pytest.fixture(scope="module")
+def poses(robot: Robot) -> np.ndarray:
+    return robot.forward_kinematics(robot.sample(500, seed=1, collision_free=False))
+
+
+def trainer(robot: Robot, config: Config, run: Run) -> Trainer:
+    torch.manual_seed(3)
+    return Trainer(robot, build_network(robot, config.model), config.train, run)
+
+
+def weights(made: Trainer) -> dict[str, torch.Tensor]:
+    return {name: value.clone() for name, value in made.network.state_dict().items()}
+
+
+@pytest.mark.parametrize("model", ["tiny", "compact"])
+def test_the_loss_falls(robot: Robot, poses: np.ndarray, model: str) -> None:
+    config = compose([*SMALL, f"model={model}", "train.epochs=6", "train.warm_up_steps=0"])
+    made = trainer(robot, config, Run(seed=0, digest="", label="test"))
+    curve = made.fit(poses, poses[:100]).curve
+    assert curve[-1]["loss"] < 0.8 * curve[0]["loss"]
+    assert curve[-1]["learning_rate"] == 0.0
+
+
+def test_a_killed_run_ends_with_the_same_bits(
+    robot: Robot, poses: np.ndarray, tmp_path: Path
+) -> None:
+    config = compose([*SMALL, "train.checkpoint_s=1.0e-9"])
+    whole = trainer(robot, config, Run(seed=0, digest="d", label="whole"))
+    expected = whole.fit(poses, poses[:100])
+    path = tmp_path / "state.safetensors"
+
+    def die(step: int, row: dict[str, float]) -> None:
+        if step >= 10:
+            raise Killed
+
+    first = trainer(robot, config, Run(0, "d", "first", checkpoint=path, report=die))
+    with pytest.raises(Killed):
+        first.fit(poses, poses[:100])
+    second = trainer(robot, config, Run(0, "d", "second", checkpoint=path))
+    resumed = second.fit(poses, poses[:100])
+    assert resumed.curve == expected.curve
+    for name, value in weights(whole).items():
+        assert torch.equal(value, weights(second)[name]), name
+    second.finish()
+    assert not path.exists()
+
+
+def test_a_checkpoint_of_another_configuration_is_not_resumed(
+    robot: Robot, poses: np.ndarray, tmp_path: Path
+) -> None:
+    path = tmp_path / "state.safetensors"
+    config = compose([*SMALL, "train.checkpoint_s=1.0e-9"])
+    trainer(robot, config, Run(0, "one", "one", checkpoint=path)).fit(poses, poses[:100])
+    assert path.exists()
+    fresh = trainer(robot, config, Run(0, "two", "two", checkpoint=path))
+    assert fresh.fit(poses, poses[:100]).curve[0]["step"] == 5
+
+
+def test_a_damaged_checkpoint_starts_anew(robot: Robot, poses: np.ndarray, tmp_path: Path) -> None:
+    path = tmp_path / "state.safetensors"
+    path.write_bytes(b"cut off")
+    made = trainer(robot, compose(SMALL), Run(0, "d", "x", checkpoint=path))
+    assert made.fit(poses, poses[:100]).step == 20
+
+
+def test_steps_with_a_gradient_that_is_not_finite_change_nothing(
+    robot: Robot, poses: np.ndarray
+) -> None:
+    broken = poses.copy()
+    broken[:, 0] = np.nan
+    made = trainer(robot, compose([*SMALL, "train.weight_decay=0.1"]), Run(0, "", "nan"))
+    before = weights(made)
+    progress = made.fit(broken, poses[:100])
+    assert progress.skipped == progress.step == 20
+    assert all(torch.equal(before[name], value) for name, value in weights(made).items())
+
+
+def test_a_batch_larger_than_the_set_is_refused(robot: Robot, poses: np.ndarray) -> None:
+    made = trainer(robot, compose([*SMALL, "train.batch_size=501"]), Run(0, "", "big"))
+    with pytest.raises(TrainingError, match=r"batch_size 501 .*500 poses"):
+        made.fit(poses, poses[:10])
+
+
+def test_an_epoch_shows_every_pose_once_and_in_another_order() -> None:
+    batches = Batches(count=100, size=20, seed=4)
+    first = torch.cat([batches.indices(step) for step in range(5)])
+    second = torch.cat([batches.indices(step) for step in range(5, 10)])
+    assert sorted(first.tolist()) == sorted(second.tolist()) == list(range(100))
+    assert first.tolist() != second.tolist()
+    assert torch.equal(Batches(100, 20, 4).indices(7), second[40:60])

@@ -1,0 +1,77 @@
+"""Weights on disk: they come back as they were, and never for another robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from pipeline.config import compose, to_dict
+from pipeline.learning.networks import IkNetwork, build_network
+from pipeline.learning.solver import CycleIk
+from pipeline.learning.weights import WeightsError, chain_facts, load_network, save_weights
+from robots import Robot, load_robot
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return load_robot("panda")
+
+
+def stored(folder: Path, robot: Robot, model: str = "tiny") -> IkNetwork:
+    config = compose([f"model={model}"])
+    torch.manual_seed(0)
+    network = build_network(robot, config.model)
+    card = {**chain_facts(robot), "config": {"model": to_dict(config.model)}}
+    save_weights(folder, network, card)
+    return network
+
+
+@pytest.mark.parametrize("model", ["tiny", "compact"])
+def test_a_network_comes_back_as_it_was(tmp_path: Path, robot: Robot, model: str) -> None:
+    network = stored(tmp_path, robot, model)
+    poses = torch.as_tensor(robot.forward_kinematics(robot.sample(8)), dtype=torch.float32)
+    assert torch.equal(load_network(tmp_path, robot)(poses), network(poses))
+
+
+def test_weights_of_another_robot_are_refused_by_name(tmp_path: Path, robot: Robot) -> None:
+    stored(tmp_path, robot)
+    with pytest.raises(WeightsError, match=r"robot is 'panda' there, 'nico' here"):
+        load_network(tmp_path, load_robot("nico"))
+
+
+def test_edited_weights_are_noticed(tmp_path: Path, robot: Robot) -> None:
+    stored(tmp_path, robot)
+    path = tmp_path / "weights.safetensors"
+    content = bytearray(path.read_bytes())
+    content[-1] ^= 1
+    path.write_bytes(bytes(content))
+    with pytest.raises(WeightsError, match="train again"):
+        load_network(tmp_path, robot)
+
+
+def test_missing_weights_say_how_to_make_them(tmp_path: Path, robot: Robot) -> None:
+    with pytest.raises(WeightsError, match="no trained weights"):
+        load_network(tmp_path, robot)
+
+
+def test_the_solver_takes_the_best_hypothesis_and_claims_what_is_true(
+    tmp_path: Path, robot: Robot
+) -> None:
+    network = stored(tmp_path, robot, "compact")
+    joints = robot.sample(200, seed=5)
+    poses = robot.forward_kinematics(joints)
+    solver = CycleIk(
+        robot, str(tmp_path), position_tolerance_mm=400, rotation_tolerance_deg=90, threads=0
+    )
+    solution = solver.solve(poses)
+    reached = robot.forward_kinematics(solution.joints)
+    error_mm = 1e3 * np.linalg.norm(reached[:, :3] - poses[:, :3], axis=1)
+    hypotheses = network(torch.as_tensor(poses, dtype=torch.float32)).detach().numpy()
+    in_one_of_them = np.abs(hypotheses - solution.joints[:, None]).max(axis=2).min(axis=1)
+    assert in_one_of_them.max() < 1e-6
+    assert (error_mm[solution.found] <= 400).all()
+    assert 0 < solution.found.sum() < len(poses)
+    assert len(solver.solve(np.empty((0, 7)))) == 0
