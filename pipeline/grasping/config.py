@@ -91,6 +91,7 @@ class BinConfig:
     size: list[float] = MISSING  # m, outside
     floor: float = MISSING  # m, base frame
     wall: float = MISSING  # m
+    drop: list[float] | None = None  # m, where to let go; the centre if not given
 
     def __post_init__(self) -> None:
         """Refuse boxes without a hollow."""
@@ -120,6 +121,9 @@ class GripConfig:
     pivot: list[float] | None = None  # m
     tilts: list[float] = MISSING  # deg
     yaws: list[float] = MISSING  # deg
+    release_yaws: list[float] = MISSING  # deg
+    ready: list[float] | None = None  # m
+    scale: float = MISSING
     offset: list[float] = MISSING  # m
     floor: float = MISSING  # m
     depth: float = MISSING  # m

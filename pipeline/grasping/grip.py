@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,36 +50,60 @@ def tip_pose(scene: SceneConfig, place: ArrayLike, yaw: float, tilt: float) -> A
     return np.concatenate([position, rotation.as_quat()[[3, 0, 1, 2]]])
 
 
-def reachable_pose(
-    robot: Robot, solver: Solver, scene: SceneConfig, place: ArrayLike, lift: float
-) -> tuple[Array, float]:
-    """First of the scene's top grasps that the arm reaches, at the place and lifted.
+@dataclass(frozen=True)
+class Reach:
+    """A top grasp that was chosen for a place.
 
-    One batched query for all candidates, the least turned first. The paper keeps one orientation
-    throughout; a scene with one yaw and one tilt does the same.
+    Attributes:
+        pose: Of the tip, base frame, shape (7,).
+        joints: Of the arm there [rad or m], shape (dof,).
+        error: Larger tip error of the pose and of the lifted pose [m].
+    """
+
+    pose: Array
+    joints: Array
+    error: float
+
+
+def reach(
+    robot: Robot,
+    solver: Solver,
+    scene: SceneConfig,
+    place: ArrayLike,
+    near: Array,
+    yaws: list[float],
+    lift: float,
+) -> Reach:
+    """Choose, among the scene's turns and tilts, the reachable top grasp nearest to the arm.
+
+    One batched query for all candidates. The paper keeps one orientation throughout; a scene with
+    one yaw and one tilt does the same. An arm of six joints needs some freedom to cover a table.
 
     Args:
         robot: The robot.
         solver: Inverse kinematics.
-        scene: Grip: candidates and tolerance.
+        scene: Grip: tilts and tolerance.
         place: Point to grasp around, base frame [m], shape (3,).
+        near: Joints to stay close to, the seed of the query [rad or m], shape (dof,).
+        yaws: Turns about the vertical to try [deg].
         lift: Height above the place that must be reached too [m].
 
     Returns:
-        The pose, shape (7,), and the larger tip error of the two [m]; the best one if none is
-        within the tolerance.
+        The candidate within the tolerance whose joints are nearest; the most exact one if none is.
     """
-    turns = [(yaw, tilt) for yaw in scene.grip.yaws for tilt in scene.grip.tilts]
-    turns.sort(key=lambda turn: abs(turn[0]) + abs(turn[1] - scene.grip.tilts[0]))
-    poses = np.array([tip_pose(scene, place, yaw, tilt) for yaw, tilt in turns])
+    poses = np.array(
+        [tip_pose(scene, place, yaw, tilt) for yaw in yaws for tilt in scene.grip.tilts]
+    )
     lifted = poses.copy()
     lifted[:, 2] += lift
     query = np.concatenate([poses, lifted])
-    reached = robot.forward_kinematics(solver.solve(query).joints)
+    joints = solver.solve(query, initial=near).joints
+    reached = robot.forward_kinematics(joints)
     distance = np.linalg.norm(reached[:, :3] - query[:, :3], axis=1)
     # An angle counts like the way a fingertip 10 cm from the wrist goes.
     distance += 0.1 * angle_between(reached[:, 3:], query[:, 3:])
     error = np.maximum(*np.split(distance, 2))
-    near = np.flatnonzero(error < scene.grip.tolerance)
-    best = int(near[0]) if len(near) else int(np.argmin(error))
-    return poses[best], float(error[best])
+    travel = np.maximum(*np.split(np.abs(joints - near).max(axis=1), 2))
+    within = error < scene.grip.tolerance
+    best = int(np.argmin(np.where(within, travel, np.inf) if within.any() else error))
+    return Reach(poses[best], joints[best], float(error[best]))

@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pipeline.grasping.config import GraspConfig
-from pipeline.grasping.grip import reachable_pose
+from pipeline.grasping.grip import Reach, reach
 from pipeline.grasping.scene import Scene
+from pipeline.planning.config import MotionConfig
 from pipeline.planning.control import control_points
-from pipeline.planning.motion import Motion, plan_motion
+from pipeline.planning.motion import Motion, motion_end, plan_motion
 from pipeline.planning.timing import time_scale
 
 if TYPE_CHECKING:
     from baselines import Solver
+    from robots import Robot
 
 Array = NDArray[np.float64]
 RESTING_SPEED = 0.02  # m/s below which a thing counts as lying still
+
+
+SWING_STEPS = 20  # waypoints of a motion from joints to joints
+
+
+class Stopped(Exception):  # noqa: N818
+    """The attempt cannot go on, and why."""
 
 
 @dataclass
@@ -51,6 +60,20 @@ class Report:
     stopped: str = ""
 
 
+def motion_control_points(
+    robot: Robot, start: Array, target: Array, rule: MotionConfig, scale: float
+) -> Array:
+    """Control points of a motion between configurations or poses, heights scaled to the robot."""
+    first, _ = motion_end(robot, "start", start)
+    last, _ = motion_end(robot, "target", target)
+    scaled = replace(
+        rule,
+        leave_height=scale * rule.leave_height,
+        arrive_height=scale * rule.arrive_height,
+    )
+    return control_points(first, last, scaled)
+
+
 class Primitive:
     """One robot's grasping primitive, ready to run on a thing in a scene."""
 
@@ -59,8 +82,8 @@ class Primitive:
     ) -> None:
         """Take the scene, the settings and the solver of the motions."""
         self.scene, self.config, self.solver, self.repair = scene, config, solver, repair
-        self.robot = scene.robot
-        self.target = scene.robot.home.copy()
+        self.robot, self.grip = scene.robot, scene.config.grip
+        self.target = self.ready = scene.robot.home.copy()
         self.report = Report()
 
     def run(self, place: ArrayLike) -> Report:
@@ -72,78 +95,71 @@ class Primitive:
         Returns:
             What happened; never raises for a failed grasp.
         """
-        grip = self.scene.config.grip
-        pose, self.report.reach_error = reachable_pose(
-            self.robot, self.solver, self.scene.config, place, grip.lift
-        )
-        if self.report.reach_error > grip.tolerance:
-            self.report.stopped = (
-                f"out of reach: best tip error {1e3 * self.report.reach_error:.0f} mm"
-            )
-            return self.report
-        side = self.side(place)
-        before = self.scene.thing_position()
-        self.move("approach", pose)
-        self.report.pushed = float(np.linalg.norm(self.scene.thing_position() - before))
-        self._track(pose)
-        self._grasp(pose)
-        if side is None:
-            self.report.stopped = "there is no bin on the thing's side"
-        elif self.report.lifted:
-            self._deposit(side)
-        self._go_home()
+        try:
+            self._pick(np.asarray(place, dtype=np.float64))
+            if self.report.lifted:
+                self._deposit(np.asarray(place, dtype=np.float64))
+            self._go_home()
+        except Stopped as reason:
+            self.report.stopped = self.report.stopped or str(reason)
         return self.report
 
-    def side(self, place: ArrayLike) -> str | None:
-        """Name of the bin on the side of the area that a place is on, if there is one."""
+    def side(self, place: ArrayLike) -> str:
+        """Side of the area that a place is on: `left` or `right`, seen by the robot."""
         middle = float(np.mean(self.scene.config.area.y))
-        side = "left" if np.asarray(place)[1] > middle else "right"
-        return side if side in self.scene.config.bins else None
+        return "left" if np.asarray(place)[1] > middle else "right"
 
-    def move(self, name: str, pose: Array, joints: Array | None = None) -> None:
+    def move(self, name: str, target: Array) -> None:
         """Plan a motion of the tip from where the arm was sent last, and follow it.
 
         Args:
             name: Which of the configured motions.
-            pose: Pose to end at, base frame, shape (7,).
-            joints: Joints to end at, of that pose, shape (dof,); none leaves them to the solver.
+            target: Pose (7,) or joints (dof,) to end at.
+
+        Raises:
+            Stopped: The motion jumps between branches of solutions.
         """
         rule = self.config.motions[name]
-        begin = self.robot.forward_kinematics(self.target)[0]
+        points = motion_control_points(self.robot, self.target, target, rule, self.grip.scale)
         motion = plan_motion(
-            self.robot,
-            self.solver,
-            self.target,
-            pose if joints is None else joints,
-            control_points(begin, pose, rule),
-            rule.steps,
-            repair=self.repair,
+            self.robot, self.solver, self.target, target, points, rule.steps, repair=self.repair
         )
         self.report.motions[name] = motion
-        self._follow(motion.joints)
+        self._follow(name, motion.joints)
 
-    def _grasp(self, pose: Array) -> None:
-        """Close the fingers and lift straight up."""
+    def _pick(self, place: Array) -> None:
+        """Go to the thing, close the fingers and lift straight up."""
+        scene, grip = self.scene, self.grip
+        self._get_ready()
+        chosen = self._reach(place, grip.yaws, grip.lift)
+        self.report.reach_error = chosen.error
+        if chosen.error > grip.tolerance:
+            raise Stopped(f"out of reach: best tip error {1e3 * chosen.error:.0f} mm")
+        before = scene.thing_position()
+        self.move("approach", chosen.pose)
+        self.report.pushed = float(np.linalg.norm(scene.thing_position() - before))
+        self._track(chosen.pose)
         self._close()
         self._count_touching()
-        rest = self.scene.thing_position()[2]
-        above = pose.copy()
-        above[2] += self.scene.config.grip.lift
+        rest = scene.thing_position()[2]
+        above = chosen.pose.copy()
+        above[2] += grip.lift
         self.move("lift", above)
         self._count_touching()
-        risen = self.scene.thing_position()[2] - rest
+        risen = scene.thing_position()[2] - rest
         self.report.lifted = risen > self.config.lifted and self.report.touching[-1] > 0
 
-    def _deposit(self, side: str) -> None:
-        """Carry the thing over a bin, let go, and see where it comes to rest."""
-        scene = self.scene
-        box = scene.config.bins[side]
-        over = np.array([*box.centre, box.floor + scene.config.grip.release])
-        pose, error = reachable_pose(self.robot, self.solver, scene.config, over, 0.0)
-        if error > scene.config.grip.tolerance:
-            self.report.stopped = f"the {side} bin is out of reach by {1e3 * error:.0f} mm"
-            return
-        self.move("transfer", pose)
+    def _deposit(self, place: Array) -> None:
+        """Carry the thing over the bin on its side, let go, and see where it comes to rest."""
+        scene, side = self.scene, self.side(place)
+        if side not in scene.config.bins:
+            raise Stopped(f"there is no {side} bin")
+        box, grip = scene.config.bins[side], self.grip
+        over = np.array([*(box.drop or box.centre), box.floor + grip.release])
+        chosen = self._reach(over, grip.release_yaws, 0.0)
+        if chosen.error > grip.tolerance:
+            raise Stopped(f"the {side} bin is out of reach by {1e3 * chosen.error:.0f} mm")
+        self.move("transfer", chosen.pose)
         self._count_touching()
         self.report.kept = self.report.touching[-1] > 0
         scene.hand.let_go()
@@ -151,21 +167,34 @@ class Primitive:
         self._wait_for_rest()
         self.report.bin = scene.bin_of_thing()
 
-    def _go_home(self) -> None:
-        """Return to the idle configuration."""
-        home = self.robot.home
-        self.scene.hand.let_go()
-        self.move("homeward", self.robot.forward_kinematics(home)[0], home)
+    def _get_ready(self) -> None:
+        """Swing from the idle configuration to where the motions begin, joint by joint."""
+        if self.grip.ready is not None:
+            chosen = self._reach(np.array(self.grip.ready), self.grip.yaws, 0.0)
+            self._follow("ready", np.linspace(self.target, chosen.joints, SWING_STEPS))
+        self.ready = self.target
 
-    def _follow(self, waypoints: Array) -> None:
+    def _go_home(self) -> None:
+        """Return to where the motions began, then to the idle configuration."""
+        self.scene.hand.let_go()
+        self.move("homeward", self.ready)
+        if self.grip.ready is not None:
+            self._follow("homeward", np.linspace(self.target, self.robot.home, SWING_STEPS))
+
+    def _reach(self, place: Array, yaws: list[float], lift: float) -> Reach:
+        return reach(self.robot, self.solver, self.scene.config, place, self.target, yaws, lift)
+
+    def _follow(self, name: str, waypoints: Array) -> None:
         timing, limit = self.config.timing, self.robot.velocity_limit
         trajectory = time_scale(waypoints, limit, timing.speed, timing.rate)
+        if trajectory.duration > timing.longest_s:
+            raise Stopped(f"{name}: the joints jump, it would take {trajectory.duration:.0f} s")
         for joints, velocities in zip(trajectory.joints, trajectory.velocities, strict=True):
             self.scene.command(joints, velocities)
             self.scene.step()
         self.target = waypoints[-1]
         self.scene.command(self.target)
-        self.scene.wait(self.config.timing.pause_s)
+        self.scene.wait(timing.pause_s)
 
     def _close(self) -> None:
         """Pull until every finger has stalled, or the time is up."""

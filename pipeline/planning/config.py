@@ -34,6 +34,7 @@ class TimingConfig:
     speed: float = MISSING  # share of the velocity limits
     rate: float = MISSING  # Hz
     pause_s: float = MISSING  # s at rest after a motion
+    longest_s: float = MISSING  # s
 
     def __post_init__(self) -> None:
         """Refuse speeds beyond the limits."""
@@ -41,6 +42,7 @@ class TimingConfig:
         within("timing.speed", self.speed, 0.0, 1.0)
         positive("timing.rate", self.rate)
         at_least("timing.pause_s", self.pause_s, 0)
+        positive("timing.longest_s", self.longest_s)
 
 
 @dataclass

@@ -115,23 +115,20 @@ def plan_motion(
     Raises:
         ValueError: If start or target is neither a pose nor a joint vector of this robot.
     """
-    first, first_joints = _end(robot, "start", start)
-    last, last_joints = _end(robot, "target", target)
+    first, first_joints = motion_end(robot, "start", start)
+    last, last_joints = motion_end(robot, "target", target)
     begin = time.perf_counter()
     poses = tip_path(first, last, control_points, steps, control_rotations)
-    ends = solver.solve(
-        poses[[0, -1]], initial=robot.home if first_joints is None else first_joints
-    )
-    given = [joints is not None for joints in (first_joints, last_joints)]
-    fixed = [
-        found if joints is None else joints
-        for found, joints in zip(ends.joints, (first_joints, last_joints), strict=True)
-    ]
-    solution = solver.solve(poses, initial=_straight_way(*fixed, steps))
+    seed = robot.home if first_joints is None else first_joints
+    ends = np.array(solver.solve(poses[[0, -1]], initial=seed).joints)
+    given = {0: first_joints, -1: last_joints}
+    for i, known in given.items():
+        ends[i] = ends[i] if known is None else known
+    solution = solver.solve(poses, initial=_straight_way(ends[0], ends[-1], steps))
     joints, found = np.array(solution.joints), np.array(solution.found)
-    for i, end in zip((0, -1), fixed, strict=True):
-        if given[i]:
-            joints[i], found[i] = end, True
+    for i, known in given.items():
+        if known is not None:
+            joints[i], found[i] = known, True
     if repair is not None:
         joints, found = repair_jumps(robot, repair, joints, poses, found)
     return _judged(robot, poses, joints, found, time.perf_counter() - begin)
@@ -143,11 +140,22 @@ def _straight_way(first: Array, last: Array, steps: int) -> Array:
     return (1.0 - k) * first + k * last
 
 
-def _end(robot: Robot, name: str, value: ArrayLike) -> tuple[Array, Array | None]:
+def motion_end(robot: Robot, name: str, value: ArrayLike) -> tuple[Array, Array | None]:
     """Pose of one end of a motion, and its joints if it was given by joints.
 
     With seven joints a vector of length seven could be both; a unit quaternion in its last four
     places decides for the pose.
+
+    Args:
+        robot: The robot.
+        name: What to call the end in an error.
+        value: Pose (7,) or joint positions (dof,).
+
+    Returns:
+        The pose, base frame, shape (7,), and the joints, shape (dof,), or None.
+
+    Raises:
+        ValueError: If the value is neither.
     """
     vector = np.asarray(value, dtype=np.float64)
     if vector.ndim == 1 and np.isfinite(vector).all():
