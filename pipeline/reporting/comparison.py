@@ -9,6 +9,7 @@ import pandas as pd
 
 from pipeline.evaluation.statistics import holm, mcnemar, wilcoxon
 from pipeline.reporting.config import ReportConfig
+from pipeline.reporting.naming import ordered_solvers
 from pipeline.reporting.summary import apply_not_found, main_batch, successes
 
 
@@ -24,7 +25,9 @@ def compare_solvers(rows: pd.DataFrame, config: ReportConfig) -> pd.DataFrame:
         of the position error [mm] with Wilcoxon's p, both adjusted by Holm over the robot's pairs,
         and the shares of poses on which either is nearer.
     """
-    solvers = {str(name): _by_pose(group, config) for name, group in rows.groupby("solver")}
+    solvers = {
+        name: _by_pose(rows[rows.solver == name], config) for name in ordered_solvers(rows.solver)
+    }
     lines = []
     for first, second in combinations(solvers, 2):
         a, b = solvers[first].align(solvers[second], join="inner", axis=0)

@@ -19,6 +19,7 @@ from pipeline.reporting.style import (
     PAPER_COLOUR,
     SOFT,
     Look,
+    label_first_column,
     legend_below,
     logarithmic,
     looks,
@@ -57,7 +58,7 @@ def success_against_tolerance(rows: Rows, config: ReportConfig) -> Figure:
         axis.axvline(1.0, color=SOFT, linewidth=0.8, zorder=0)
         axis.set(ylim=(-2, 102), title=robot_title(robot), xlabel="tolerance [mm and deg]")
         logarithmic(axis, "x")
-    axes[0].set_ylabel("poses within [%]")
+    label_first_column(axes, "poses within [%]")
     legend_below(figure, axes)
     return figure
 
@@ -76,7 +77,7 @@ def error_against_time(summary: pd.DataFrame, published: Published) -> Figure:
         axis.set(title=robot_title(robot), xlabel="time per pose [µs]")
         logarithmic(axis, "x")
         logarithmic(axis, "y")
-    axes[0].set_ylabel("mean error over the axes [mm]")
+    label_first_column(axes, "mean error over the axes [mm]")
     legend_below(figure, axes)
     return figure
 
@@ -86,23 +87,22 @@ def error_distributions(rows: Rows, config: ReportConfig) -> Figure:
     robots = ordered_robots(robot for robot, _ in rows)
     look = looks(solver for _, solver in rows)
     most = max(len(_of(rows, robot)) for robot in robots)
-    figure, axes = panels(len(robots), 3.7, 0.8 + 0.26 * most, rows=2)
     kinds = (
         ("position_error_mm", "position error [mm]", FLOOR_MM),
         ("rotation_error_deg", "rotation error [deg]", FLOOR_DEG),
     )
-    for row, (column, label, floor) in enumerate(kinds):
-        for axis, robot in zip(axes[row * len(robots) :], robots, strict=False):
-            solvers = _of(rows, robot)
-            for place, solver in enumerate(solvers):
-                values = _counted(rows[robot, solver], config)[column].dropna().to_numpy()
-                _spread(axis, place, np.maximum(values, floor), look[solver])
-            axis.set_yticks(range(len(solvers)), [solver_title(name) for name in solvers])
-            axis.set(xlabel=label, ylim=(len(solvers) - 0.5, -0.5))
-            logarithmic(axis, "x")
-            axis.grid(visible=False, axis="y")
-            if row == 0:
-                axis.set_title(robot_title(robot))
+    figure, axes = panels(len(robots) * len(kinds), 3.7, 0.9 + 0.26 * most, columns=len(kinds))
+    places = [(robot, kind) for robot in robots for kind in kinds]
+    for axis, (robot, (column, label, floor)) in zip(axes, places, strict=True):
+        solvers = _of(rows, robot)
+        for place, solver in enumerate(solvers):
+            values = _counted(rows[robot, solver], config)[column].dropna().to_numpy()
+            _spread(axis, place, np.maximum(values, floor), look[solver])
+        names = [solver_title(name) for name in solvers]
+        axis.set_yticks(range(len(names)), names if column == kinds[0][0] else [""] * len(names))
+        axis.set(xlabel=label, ylim=(len(solvers) - 0.5, -0.5), title=robot_title(robot))
+        logarithmic(axis, "x")
+        axis.grid(visible=False, axis="y")
     return figure
 
 
@@ -141,7 +141,8 @@ def win_matrix(pairs: pd.DataFrame) -> Figure:
     """Share of poses on which the solver of the row is nearer than that of the column."""
     robots = ordered_robots(pairs.robot)
     most = max(len(_compared(pairs[pairs.robot == robot])) for robot in robots)
-    figure, axes = panels(len(robots), max(0.5 * most + 1.5, 3.0), 0.4 * most + 1.2)
+    size = (max(0.5 * most + 1.5, 3.0), 0.4 * most + 1.2)
+    figure, axes = panels(len(robots), *size, columns=2 if most > 6 else 3)
     for axis, robot in zip(axes, robots, strict=True):
         mine = pairs[pairs.robot == robot]
         solvers = _compared(mine)
@@ -183,7 +184,7 @@ def workspace_map(rows: Rows, solver: str, config: ReportConfig) -> Figure:
         bar = figure.colorbar(shown, ax=axis, format=PLAIN, fraction=0.05)
         bar.set_label("median position error [mm]")
         bar.ax.yaxis.set_minor_formatter(NullFormatter())
-    axes[0].set_ylabel("height [m]")
+    label_first_column(axes, "height [m]")
     return figure
 
 

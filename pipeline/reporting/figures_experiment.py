@@ -25,6 +25,7 @@ from pipeline.reporting.style import (
     INK,
     PAPER_COLOUR,
     SOFT,
+    label_first_column,
     legend_below,
     logarithmic,
     looks,
@@ -40,19 +41,16 @@ def training_curves(trained: Curves) -> Figure:
     """Errors on the validation set and on the batches while each network was trained."""
     drawn = {key: curve for key, (_, curve) in trained.items() if len(curve)}
     robots = ordered_robots(robot for robot, _ in drawn)
-    figure, axes = panels(len(robots), 3.7, 2.2, rows=2)
     look = looks(model for _, model in drawn)
     kinds = (("position_error_mm", "position [mm]"), ("rotation_error_deg", "rotation [deg]"))
-    for row, (column, label) in enumerate(kinds):
-        for axis, robot in zip(axes[row * len(robots) :], robots, strict=False):
-            for (name, model), curve in drawn.items():
-                if name == robot:
-                    _curve(axis, curve, column, look[model].colour, model)
-            axis.set(ylabel=label if robot == robots[0] else "")
-            axis.set_xlabel("poses seen [million]" if row else "")
-            logarithmic(axis, "y")
-            if row == 0:
-                axis.set_title(robot_title(robot))
+    figure, axes = panels(len(robots) * len(kinds), 3.7, 2.3, columns=len(kinds))
+    places = [(robot, kind) for robot in robots for kind in kinds]
+    for axis, (robot, (column, label)) in zip(axes, places, strict=True):
+        for (name, model), curve in drawn.items():
+            if name == robot:
+                _curve(axis, curve, column, look[model].colour, model)
+        axis.set(ylabel=label, xlabel="poses seen [million]", title=robot_title(robot))
+        logarithmic(axis, "y")
     legend_below(figure, axes)
     return figure
 
@@ -83,7 +81,7 @@ def grasp_outcomes(
         axis.set_xticks(places, [title.replace(" ", "\n") for title in OUTCOMES.values()])
         axis.set(ylim=(0, 112), title=robot_title(robot))
         axis.grid(visible=False, axis="x")
-    axes[0].set_ylabel("trials [%]")
+    label_first_column(axes, "trials [%]")
     legend_below(figure, axes)
     return figure
 
@@ -113,7 +111,7 @@ def planner_times(plans: Mapping[str, pd.DataFrame], published: Published) -> Fi
         axis.set(title=robot_title(robot), xlabel="time of a plan of 50 poses [ms]")
         logarithmic(axis, "x")
         logarithmic(axis, "y")
-    axes[0].set_ylabel("largest tip error on the path [mm]")
+    label_first_column(axes, "largest tip error on the path [mm]")
     legend_below(figure, axes)
     return figure
 

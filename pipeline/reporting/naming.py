@@ -24,6 +24,12 @@ SOLVERS = {
     "pinocchio": "Pinocchio DLS",
     "placo": "placo",
     "pytorch_kinematics": "PyTorch Kinematics",
+    "optik": "OptIK",
+    "pink": "Pink",
+    "mink": "mink",
+    "roboticstoolbox": "Robotics Toolbox",
+    "ssik": "ssik",
+    "frankik": "frankik",
 }
 OUTCOMES = {
     "success": "Success",

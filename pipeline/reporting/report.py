@@ -15,6 +15,7 @@ from pipeline.reporting import figures_experiment as experiment
 from pipeline.reporting.comparison import compare_solvers
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.metrics_file import headline_metrics
+from pipeline.reporting.naming import ordered_robots
 from pipeline.reporting.page import Illustration, Page, render
 from pipeline.reporting.published import Published, read_published
 from pipeline.reporting.results import Results, read_results
@@ -116,7 +117,7 @@ def gather(results_dir: Path, published: Published, config: ReportConfig) -> Mat
     lines = [summarise(rows, config) for rows in results.evaluate.values()]
     summary = pd.concat(lines, ignore_index=True) if lines else pd.DataFrame()
     pairs = []
-    for robot in results.robots:
+    for robot in ordered_robots(results.robots):
         mine = [results.evaluate[robot, solver] for solver in results.solvers(robot)]
         if len(mine) > 1:
             pairs.append(compare_solvers(pd.concat(mine, ignore_index=True), config))

@@ -18,6 +18,8 @@ from pipeline.data.files import replacing
 from pipeline.reporting.naming import ordered_solvers
 
 INK, SOFT = "#1f2933", "#7b8794"
+COLUMNS = 3  # panels side by side: a robot each
+NARROWEST = 4.2  # inch: a single panel and the legend below it
 PAPER_COLOUR = "#9aa5b1"  # whatever is published, not measured here
 SETTINGS = Path(__file__).with_name("figures.mplstyle")
 
@@ -43,6 +45,10 @@ LOOKS = (
     Look("#3d3d3d", "<", (0, (9, 2, 2, 2))),
     Look("#a6761d", ">", (0, (1, 2))),
     Look("#66a61e", "h", (0, (6, 1, 1, 1))),
+    Look("#8c1c13", "p", (0, (8, 3))),
+    Look("#1b9aaa", "*", (0, (3, 3))),
+    Look("#7f7f7f", "d", (0, (5, 1, 1, 1, 1, 1))),
+    Look("#f2a3b3", "8", (0, (1, 4))),
 )
 
 
@@ -60,21 +66,36 @@ def styled() -> Iterator[None]:
         yield
 
 
-def panels(count: int, width: float, height: float, rows: int = 1) -> tuple[Figure, list[Axes]]:
-    """Make a figure of panels in a row (or ``rows`` rows), never a drawing surface of a screen.
+def panels(
+    count: int, width: float, height: float, columns: int = COLUMNS
+) -> tuple[Figure, list[Axes]]:
+    """Make a figure of panels, row by row, without the drawing surface of a screen.
 
     Args:
-        count: Panels side by side in each row.
+        count: Number of panels.
         width: Width of a panel [inch].
         height: Height of a panel [inch].
-        rows: Rows of panels.
+        columns: Panels side by side at most.
 
     Returns:
-        The figure and its axes, row by row.
+        The figure and its axes.
     """
-    figure = Figure(figsize=(max(width * count, 4.2), height * rows), layout="constrained")
-    axes = figure.subplots(rows, count, squeeze=False)
-    return figure, [axis for row in axes for axis in row]
+    columns = min(count, columns)
+    rows = -(-count // columns)
+    size = (max(width * columns, NARROWEST), height * rows)
+    figure = Figure(figsize=size, layout="constrained")
+    axes = [axis for row in figure.subplots(rows, columns, squeeze=False) for axis in row]
+    for axis in axes[count:]:
+        axis.remove()
+    return figure, axes[:count]
+
+
+def label_first_column(axes: Iterable[Axes], label: str) -> None:
+    """Label the vertical axis once a row."""
+    for axis in axes:
+        place = axis.get_subplotspec()
+        if place is not None and place.is_first_col():
+            axis.set_ylabel(label)
 
 
 def logarithmic(axis: Axes, which: Literal["x", "y"]) -> None:
@@ -86,7 +107,7 @@ def logarithmic(axis: Axes, which: Literal["x", "y"]) -> None:
     low, high = axis.get_xlim() if which == "x" else axis.get_ylim()
     steps = (1.0, 2.0, 5.0) if high < 150 * low else (1.0,)
     ticks = axis.xaxis if which == "x" else axis.yaxis
-    ticks.set_major_locator(LogLocator(subs=steps))
+    ticks.set_major_locator(LogLocator(subs=steps, numticks=6 if len(steps) == 1 else None))
     ticks.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     ticks.set_minor_formatter(NullFormatter())
 

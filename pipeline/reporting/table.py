@@ -30,6 +30,7 @@ class Column:
         digits: Significant digits for numbers; None for text.
         signed: Show a plus sign too: a difference.
         percent: Numbers are shares, shown in per cent with that many decimals.
+        decimals: Decimals instead of significant digits.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Column:
     digits: int | None = None
     signed: bool = False
     percent: int | None = None
+    decimals: int | None = None
 
     def show(self, value: Cell) -> str:
         """Format a cell for people; what is not there is a dash."""
@@ -45,9 +47,11 @@ class Column:
             return "–"
         if isinstance(value, str | bool):
             return str(value)
+        sign = "+" if self.signed else ""
         if self.percent is not None:
-            sign = "+" if self.signed else ""
             return f"{value * 100:{sign}.{self.percent}f}".replace("-", "−")
+        if self.decimals is not None:
+            return f"{value:{sign}.{self.decimals}f}".replace("-", "−")
         if self.digits is None:
             return f"{value:,}" if isinstance(value, int) else f"{value:g}"
         return significant(float(value), self.digits, self.signed)

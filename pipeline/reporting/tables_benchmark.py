@@ -111,8 +111,9 @@ def precision(summary: pd.DataFrame, config: ReportConfig) -> Table:
     table = Table(
         name="precision",
         title="Precision, Euclidean and geodesic",
-        caption=f"Recomputed from the joints. Success asks for kept joint limits; intervals are "
-        f"{percent} (Wilson for rates, bootstrap over poses for means).",
+        caption=f"Recomputed from the joints. Strict is below {tight}, loose below {wide}, both "
+        f"with joint limits kept. Intervals are {percent}: Wilson for rates, bootstrap over poses "
+        f"for means.",
         columns=[
             Column("robot", "Robot"),
             Column("solver", "Solver"),
@@ -126,10 +127,10 @@ def precision(summary: pd.DataFrame, config: ReportConfig) -> Table:
             Column("rotation_mean_deg", "mean", "rotation error [deg]", 3),
             Column("rotation_median_deg", "median", "rotation error [deg]", 3),
             Column("rotation_p99_deg", "p99", "rotation error [deg]", 3),
-            Column("strict", "rate", f"< {tight} [%]", percent=2),
-            Column("strict_low", "from", f"< {tight} [%]", percent=2),
-            Column("strict_high", "to", f"< {tight} [%]", percent=2),
-            Column("loose", "rate", f"< {wide} [%]", percent=2),
+            Column("strict", "rate", "strict [%]", percent=2),
+            Column("strict_low", "from", "strict [%]", percent=2),
+            Column("strict_high", "to", "strict [%]", percent=2),
+            Column("loose", "loose [%]", percent=2),
             Column("found", "found [%]", "claims", percent=1),
             Column("claimed_and_wrong", "wrong", "claims"),
             Column("outside_limits", "off limits", "claims"),
@@ -236,10 +237,11 @@ def comparisons(pairs: pd.DataFrame, config: ReportConfig) -> Table:
 
 
 def _triple(metric: str, title: str) -> list[Column]:
+    decimals = 2 if metric == "success_rate" else None
     return [
-        Column(metric, "ours", title, 4 if metric == "success_rate" else 3),
+        Column(metric, "ours", title, 3, decimals=decimals),
         Column(f"{metric}_paper", "paper", title),
-        Column(f"{metric}_difference", "Δ", title, 2, signed=True),
+        Column(f"{metric}_difference", "Δ", title, 2, signed=True, decimals=decimals),
     ]
 
 

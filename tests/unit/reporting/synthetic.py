@@ -18,7 +18,7 @@ SOLVERS = {
     "lm": (0.01, 0.9, 0.0005, 60.0, 14),
     "trac_ik": (0.002, 0.7, 0.14, 500.0, 20),
 }
-HARDNESS = {"panda": 1.4, "nico": 0.7, "nicol": 0.4}
+HARDNESS = {"panda": 1.4, "nico": 0.7, "nicol": 0.4, "valkyrie": 0.6, "fetch": 0.9}
 PUBLISHED = Path(__file__).parents[3] / "results" / "published_results.csv"
 
 
