@@ -74,7 +74,7 @@ class Series:
         films = []
         for number in self._filmed(rows):
             recorder = Recorder(self.config.recording)
-            outcome = str(self.trial(number, recorder)["outcome"]).lower().replace(" ", "_")
+            outcome = str(self.trial(number, recorder)["class"]).lower().replace(" ", "_")
             path = folder / f"trial{number:03d}_{outcome}.mp4"
             recorder.write(path)
             recorder.stills(*STILLS).save(path.with_suffix(".png"))
@@ -85,7 +85,7 @@ class Series:
         if self.config.video == "all":
             return [int(number) for number in rows["trial"]]
         if self.config.video == "classes":
-            firsts = [rows.loc[rows["outcome"] == name, "trial"].head(1) for name in CLASSES]
+            firsts = [rows.loc[rows["class"] == name, "trial"].head(1) for name in CLASSES]
             return sorted(int(number) for first in firsts for number in first)
         return [0] if self.config.video == "first" else []
 
