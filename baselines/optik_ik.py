@@ -52,6 +52,13 @@ class Optik(QuerySolver):
             self._library = optik.Robot.from_urdf_file(str(urdf), robot.base, robot.tip)
         self._library.set_parallelism(threads)
 
+    @classmethod
+    def skip(cls, robot: Robot | None = None) -> str | None:
+        """Skip chains with a sliding joint, for which the library aborts the whole process."""
+        if robot is not None and robot.chain.prismatic.any():
+            return f"optik knows turning joints only, {robot.name} has a sliding one"
+        return super().skip(robot)
+
     def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
         import optik
 

@@ -1,4 +1,4 @@
-"""Ssik: analytical inverse kinematics, found by the chain's structure."""
+"""Ssik: analytical inverse kinematics of the Franka Emika Panda, of the arms that ssik ships."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines.analytical import AnalyticalSolver
+from baselines.errors import SolverError
 from baselines.transforms import pose_matrix
 
 if TYPE_CHECKING:
@@ -15,43 +16,39 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# It solves arms of six or seven turning joints; more have no closed form.
-JOINTS = (6, 7)
+# The library can derive a solver for other chains, but that takes it minutes (and for NICO's arm,
+# whose wrist axes do not meet, found nothing).
+ARM = "franka_panda_ik"
 # Two transforms are the same if no entry differs by more.
 SAME = 1e-6
 
 
 class Ssik(AnalyticalSolver):
-    """`ssik.Manipulator`, the library's own for a known arm or made for the bare chain.
+    """The solver that ssik ships for the Panda, for chains that are a Panda but for the tool.
 
     Args:
         robot: The robot to solve for.
         solutions: Solutions asked of the library for each pose.
-        prebuilt: Name of an arm that the library ships, taken where its kinematics are those of
-            the robot but for the tool; many times as fast as one made for the chain.
         **checks: Tolerances, see `AnalyticalSolver`.
     """
 
     requires: ClassVar[tuple[str, ...]] = ("ssik",)
 
-    def __init__(
-        self, robot: Robot, *, solutions: int, prebuilt: str | None, **checks: Any
-    ) -> None:
+    def __init__(self, robot: Robot, *, solutions: int, **checks: Any) -> None:
         super().__init__(robot, **checks)
         self.solutions = solutions
-        known = _prebuilt(robot, prebuilt) if prebuilt else None
-        self._arm, self._from_tip = known or (_manipulator(robot), np.eye(4))
+        self._arm, offset = _arm_and_offset(robot)
+        if offset is None:
+            raise SolverError(f"{robot.name} is not the arm {ARM} of ssik")
+        self._from_tip = offset
 
     @classmethod
     def skip(cls, robot: Robot | None = None) -> str | None:
-        """Skip chains of other than six or seven turning joints."""
-        if robot is not None and (
-            len(robot.chain.variable) != robot.dof
-            or robot.dof not in JOINTS
-            or robot.chain.prismatic.any()
-        ):
-            return f"ssik solves six or seven turning joints, {robot.name} is another chain"
-        return super().skip(robot)
+        """Skip robots other than the Panda, judged by their kinematics."""
+        reason = super().skip(robot)
+        if reason is None and robot is not None and _arm_and_offset(robot)[1] is None:
+            return f"ssik is used for the Franka Emika Panda only, {robot.name} is another robot"
+        return reason
 
     def _candidates(self, target: Array, initial: Array) -> Array:
         flange = target @ self._from_tip
@@ -59,42 +56,17 @@ class Ssik(AnalyticalSolver):
         return np.array([solution.q for solution in found]).reshape(-1, self.robot.dof)
 
 
-def _prebuilt(robot: Robot, name: str) -> tuple[Any, Array] | None:
-    """A shipped arm and the transform from our tip to its end; None if it is not this robot."""
+def _arm_and_offset(robot: Robot) -> tuple[Any, Array | None]:
+    """The shipped arm, and the transform (4, 4) from our tip to its end; None if they differ."""
     import ssik
 
-    arm = ssik.Manipulator.from_prebuilt(name)
+    arm = ssik.Manipulator.from_prebuilt(ARM)
     if arm.dof != robot.dof:
-        return None
+        return arm, None
     share = np.linspace(0.4, 0.6, robot.dof)[None]
     joints = robot.lower + np.concatenate([share, share[:, ::-1]]) * (robot.upper - robot.lower)
     offsets = [
         np.linalg.inv(pose_matrix(pose)) @ arm.fk(q)
         for q, pose in zip(joints, robot.forward_kinematics(joints), strict=True)
     ]
-    return (arm, offsets[0]) if np.allclose(offsets[0], offsets[1], atol=SAME) else None
-
-
-def _manipulator(robot: Robot) -> Any:
-    """The chain as ssik's description of an arm."""
-    import ssik
-    from ssik.internals import JointSpec, build_kinbody
-
-    chain = robot.chain
-    frames = np.tile(np.eye(4), (robot.dof + 1, 1, 1))
-    frames[:, :3, :3], frames[:, :3, 3] = chain.rotations, chain.translations
-    last = robot.dof - 1
-    joints = [
-        JointSpec(
-            parent_link_T=frames[k],
-            axis=np.array([0.0, 0.0, 1.0]),
-            joint_type="revolute",
-            child_link_T=frames[robot.dof] if k == last else None,
-            name=robot.joint_names[k],
-            limits=(float(robot.lower[k]), float(robot.upper[k])),
-        )
-        for k in range(robot.dof)
-    ]
-    return ssik.Manipulator(
-        build_kinbody(joints, base_link_name=robot.base, ee_link_name=robot.tip)
-    )
+    return arm, offsets[0] if np.allclose(offsets[0], offsets[1], atol=SAME) else None

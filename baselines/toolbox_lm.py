@@ -56,7 +56,7 @@ class ToolboxLm(QuerySolver):
     def _solve_one(self, pose: Array, initial: Array, clock: Clock) -> Answer:
         target = pose_matrix(pose)
         fresh = restart_configurations(pose, self.lower, self.upper)
-        best, best_joints, start = np.inf, initial, initial
+        start = initial
         while True:
             limit = self.search_iterations
             if clock.limit is not None:
@@ -65,11 +65,10 @@ class ToolboxLm(QuerySolver):
             clock.iterations += min(int(answer.iterations), limit)
             if answer.success:
                 return Answer(answer.q, "")
-            if answer.residual < best and np.isfinite(answer.q).all():
-                best, best_joints = answer.residual, answer.q
             reason = clock.expired()
             if reason:
-                return Answer(best_joints, reason)
+                # A failed search leaves a random configuration in `answer.q`.
+                return Answer(initial, reason)
             start = next(fresh)
 
 

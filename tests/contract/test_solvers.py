@@ -20,9 +20,7 @@ NAMES = tuple(name for name in baselines.names() if "weights" not in settings(na
 
 
 CASES = [
-    pytest.param(
-        (name, robot), marks=() if robot in QUICK else pytest.mark.slow, id=f"{name}-{robot}"
-    )
+    pytest.param((name, robot), marks=[] if robot in QUICK else [pytest.mark.slow])
     for name in NAMES
     for robot in ROBOTS
 ]
@@ -35,7 +33,7 @@ def robot_named(name: str):
     return load_robot(name)
 
 
-@pytest.fixture(scope="module", params=CASES)
+@pytest.fixture(scope="module", params=CASES, ids="-".join)
 def solver(request) -> Solver:
     name, robot = request.param
     try:
@@ -46,10 +44,13 @@ def solver(request) -> Solver:
 
 @pytest.fixture(scope="module")
 def poses(solver):
-    """Reachable poses, near enough to home that a solver without restarts has a chance."""
+    """Reachable poses, not far from home and off the limits, where local solvers do their best."""
     robot = solver.robot
+    span = robot.upper - robot.lower
     share = np.random.default_rng(3).uniform(-0.3, 0.3, (COUNT, robot.dof))
-    joints = np.clip(robot.home + share * (robot.upper - robot.lower), robot.lower, robot.upper)
+    joints = np.clip(
+        robot.home + share * span, robot.lower + 0.05 * span, robot.upper - 0.05 * span
+    )
     return robot.forward_kinematics(joints)
 
 
