@@ -8,6 +8,7 @@ size of the request changes what comes first.
 from __future__ import annotations
 
 import multiprocessing
+import time
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from functools import partial
@@ -28,6 +29,9 @@ Progress = Callable[[int], object]
 CHUNK = 2048
 # Chunks without a single accepted sample after which the request counts as hopeless.
 PATIENCE = 50
+# Chunks drawn here before the pace is judged, and the seconds that starting workers costs.
+TRIAL = 8
+START_UP = 5.0
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,8 @@ def sample_configurations(
         seed: Any non-negative integer.
         collision_free: Drop configurations in collision.
         workspace_filter: Drop those whose tip is outside `robot.workspace`.
-        processes: Worker processes; 1 stays in this one. The result does not depend on it.
+        processes: Worker processes, for work that is long enough to be worth starting them; 1
+            stays in this one. The result does not depend on it.
         progress: Called with the number of newly accepted samples now and then.
 
     Raises:
@@ -80,11 +85,18 @@ def sample_configurations(
     draw = partial(_chunk, seed=seed, collide=collision_free, box=workspace_filter)
     kept: list[Samples] = []
     accepted = 0
-    source = _serial(robot, draw) if processes <= 1 else _pooled(robot, draw, processes)
+    source, started = _serial(robot, draw), time.perf_counter()
     try:
         while accepted < count:
             kept.append(next(source))
             accepted += len(kept[-1].joints)
+            if len(kept) == 1:
+                # The first chunk may compile; it says nothing about the pace.
+                started = time.perf_counter()
+            elif len(kept) == TRIAL and processes > 1:
+                pace = (time.perf_counter() - started) / (TRIAL - 1)
+                if pace * TRIAL * (count / max(accepted, 1) - 1) > START_UP:
+                    source = _pooled(robot, draw, processes, TRIAL)
             if progress is not None:
                 progress(len(kept[-1].joints) - max(0, accepted - count))
             if accepted == 0 and len(kept) >= PATIENCE:
@@ -134,13 +146,13 @@ def _serial(robot: Robot, draw: Draw) -> Generator[Samples]:
         number += 1
 
 
-def _pooled(robot: Robot, draw: Draw, processes: int) -> Generator[Samples]:
+def _pooled(robot: Robot, draw: Draw, processes: int, first: int) -> Generator[Samples]:
     # Spawned, not forked: a fork of a process with threads of torch or numba can hang.
     context = multiprocessing.get_context("spawn")
     with context.Pool(processes, _start_worker, (robot, draw)) as pool:
         # Bounded look-ahead, in order: an endless imap would fill the memory.
-        first, ahead = 0, 8 * processes
-        waiting = [pool.apply_async(_work, (i,)) for i in range(ahead)]
+        ahead = 8 * processes
+        waiting = [pool.apply_async(_work, (first + i,)) for i in range(ahead)]
         while True:
             yield waiting.pop(0).get()
             waiting.append(pool.apply_async(_work, (first + ahead,)))

@@ -6,6 +6,7 @@ XML that `robots.urdf_writer` made from them.
 
 from __future__ import annotations
 
+import difflib
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -128,9 +129,10 @@ class Urdf:
         """
         for role, link in (("base", base), ("tip", tip)):
             if link not in self.links:
+                near = difflib.get_close_matches(link, self.links, n=5, cutoff=0.3)
                 raise UrdfError(
-                    f"{self.path}: no link '{link}' to be the {role}; the links are "
-                    f"{', '.join(self.links)}"
+                    f"{self.path}: no link '{link}' to be the {role}; the nearest of its "
+                    f"{len(self.links)} links are {', '.join(near or list(self.links)[:5])}"
                 )
         joints: list[Joint] = []
         link = tip

@@ -11,7 +11,7 @@ from robots.description import find_description
 ELSEWHERE = [
     ("ur_description/urdf/ur5_robot.urdf", "base_link", "tool0", 6),
     ("tiago_description/robots/tiago_no_hand.urdf", "torso_fixed_link", "arm_tool_link", 8),
-    ("talos_data/robots/talos_left_arm.urdf", "torso_2_link", "gripper_left_base_link", 7),
+    ("talos_data/robots/talos_reduced.urdf", "torso_2_link", "gripper_left_base_link", 7),
     ("kinova_description/robots/kinova.urdf", "base", "j2s6s200_end_effector", 6),
 ]
 

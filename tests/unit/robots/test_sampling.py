@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from robots import Robot, SamplingError, load_robot
+from robots import Robot, SamplingError, load_robot, sampling
 from robots.description import Description
 from robots.sampling import CHUNK, sample_configurations
 
@@ -20,15 +20,15 @@ def test_seed_decides_and_count_does_not(two_link: Robot) -> None:
     assert not np.array_equal(two_link.sample(10, seed=8), many[:10])
 
 
-def test_processes_do_not_change_the_samples(two_link: Robot) -> None:
-    alone = sample_configurations(two_link, 3 * CHUNK, seed=3)
+def test_processes_do_not_change_the_samples(two_link: Robot, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    count = (sampling.TRIAL + 3) * CHUNK
+    alone = sample_configurations(two_link, count, seed=3)
+    monkeypatch.setattr(sampling, "START_UP", 0.0)
     shown: list[int] = []
-    together = sample_configurations(
-        two_link, 3 * CHUNK, seed=3, processes=2, progress=shown.append
-    )
+    together = sample_configurations(two_link, count, seed=3, processes=2, progress=shown.append)
     assert np.array_equal(alone.joints, together.joints)
     assert (alone.drawn, alone.colliding) == (together.drawn, together.colliding)
-    assert sum(shown) == 3 * CHUNK
+    assert sum(shown) == count
 
 
 def test_workspace_filter_and_account() -> None:
