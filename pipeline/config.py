@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import cache
 from itertools import product
 from pathlib import Path
 from typing import Any, cast
@@ -100,6 +101,12 @@ def _compose_raw(overrides: Sequence[str]) -> DictConfig:
         raise ConfigError(_first_line(error)) from error
 
 
+@cache
+def _defaults() -> DictConfig:
+    """The configuration without overrides, to look keys up in; never changed."""
+    return _compose_raw([])
+
+
 def _check_names(parsed: Sequence[Override]) -> None:
     """Refuse unknown choices and keys before Hydra does, with the valid ones."""
     base: DictConfig | None = None
@@ -112,7 +119,7 @@ def _check_names(parsed: Sequence[Override]) -> None:
             continue
         if override.is_delete():
             raise ConfigError(f"'{override.input_line}': keys cannot be removed, only set")
-        base = _compose_raw([]) if base is None else base
+        base = _defaults() if base is None else base
         _check_key(base, key, override.is_add() or override.is_force_add())
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 import optuna
 import pandas as pd
 from optuna import Study, Trial
+from optuna.exceptions import ExperimentalWarning
 from optuna.samplers import BaseSampler, RandomSampler, TPESampler
 from optuna.storages import JournalStorage
 from optuna.storages.journal import JournalFileBackend
@@ -38,6 +40,7 @@ def open_study(path: Path, config: Config) -> Study:
     """Open the study of a journal file or start it; trials that a kill cut off become failures."""
     path.parent.mkdir(parents=True, exist_ok=True)
     optuna.logging.set_verbosity(optuna.logging.WARNING)
+    warnings.filterwarnings("ignore", category=ExperimentalWarning)
     study = optuna.create_study(
         study_name=study_name(config),
         storage=JournalStorage(JournalFileBackend(str(path))),
@@ -77,7 +80,7 @@ def sampler(tune: TuneConfig, seed: int) -> BaseSampler:
     """Return the sampler that ``tune.sampler`` names."""
     if tune.sampler == "random":
         return RandomSampler(seed=seed)
-    return TPESampler(seed=seed, multivariate=True, group=True, warn_independent_sampling=False)
+    return TPESampler(seed=seed, multivariate=True, group=True)
 
 
 def trials_table(study: Study) -> pd.DataFrame:

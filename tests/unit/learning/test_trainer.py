@@ -17,7 +17,7 @@ from robots import Robot, load_robot
 SMALL = ["profile=smoke", "train.batch_size=50", "train.epochs=2", "train.validations=4"]
 
 
-class Killed(Exception):
+class Killed(Exception):  # noqa: N818 - no error, it stands for the end of a process
     """Stands for a process that ends without a word."""
 
 
