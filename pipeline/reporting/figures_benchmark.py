@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from pipeline.reporting.config import ReportConfig
@@ -30,7 +29,6 @@ from pipeline.reporting.summary import apply_not_found, main_batch
 Rows = Mapping[tuple[str, str], pd.DataFrame]
 TOLERANCES = np.geomspace(1e-2, 3e2, 241)  # mm and deg at once
 FLOOR_MM, FLOOR_DEG = 1e-4, 1e-5  # errors below are drawn here: the axes are logarithmic
-PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 
 
 def success_against_tolerance(rows: Rows, config: ReportConfig) -> Figure:
@@ -166,24 +164,25 @@ def workspace_map(rows: Rows, solver: str, config: ReportConfig) -> Figure:
     """Median position error over the workspace, seen from the side: distance from the axis, z."""
     robots = ordered_robots(robot for robot, name in rows if name == solver)
     figure, axes = panels(len(robots), 3.7, 3.1)
-    shown = None
     for axis, robot in zip(axes, robots, strict=True):
         counted = _counted(rows[robot, solver], config).dropna(subset=["position_error_mm"])
+        radius = np.hypot(counted.target_x_m.to_numpy(), counted.target_y_m.to_numpy())
+        height = counted.target_z_m.to_numpy()
         shown = axis.hexbin(
-            np.hypot(counted.target_x_m, counted.target_y_m),
-            counted.target_z_m,
+            radius,
+            height,
             C=np.maximum(counted.position_error_mm, FLOOR_MM),
             reduce_C_function=np.median,
-            gridsize=max(int(np.sqrt(len(counted)) / 4), 8),
+            gridsize=_hexagons(radius, height),
             bins="log",
             cmap="cividis_r",
             linewidths=0.2,
         )
         axis.set(xlabel="distance from the base axis [m]", title=robot_title(robot))
         axis.set_aspect("equal")
-        bar = figure.colorbar(shown, ax=axis, format=PLAIN, fraction=0.05)
+        bar = figure.colorbar(shown, ax=axis, fraction=0.05)
         bar.set_label("median position error [mm]")
-        bar.ax.yaxis.set_minor_formatter(NullFormatter())
+        logarithmic(bar.ax, "y")
     label_first_column(axes, "height [m]")
     return figure
 
@@ -191,6 +190,13 @@ def workspace_map(rows: Rows, solver: str, config: ReportConfig) -> Figure:
 def look_offset(solver: str, look: Mapping[str, Look]) -> int:
     """Start markers of each line elsewhere, so that lines on top of each other show."""
     return list(look).index(solver) * 7 % 40
+
+
+def _hexagons(radius: NDArray[np.float64], height: NDArray[np.float64]) -> tuple[int, int]:
+    """Hexagons side by side and on top of each other: regular ones, of about 16 poses each."""
+    width, tall = max(float(np.ptp(radius)), 1e-6), max(float(np.ptp(height)), 1e-6)
+    across = max(int(np.sqrt(len(radius) / 16 * width / tall)), 4)
+    return across, max(int(across * tall / width / np.sqrt(3)), 2)
 
 
 def _of(rows: Rows, robot: str) -> list[str]:

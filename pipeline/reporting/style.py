@@ -130,6 +130,9 @@ def legend_below(figure: Figure, axes: Iterable[Axes], columns: int = 5) -> None
 def save(figure: Figure, folder: Path, name: str, dpi: int) -> list[Path]:
     """Write a figure as PNG and PDF without dates, so that equal figures are equal files."""
     paths = []
+    # Lay out once, not again for each file.
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
     for suffix, metadata in (("png", {"Software": None}), ("pdf", {"CreationDate": None})):
         path = folder / f"{re.sub(r'[^a-z0-9_]+', '_', name.lower())}.{suffix}"
         with replacing(path) as partial:

@@ -13,6 +13,7 @@ from pathlib import Path
 from pipeline.data.files import write_text
 
 Cell = str | float | int | None
+MOST_DECIMALS, SMALLEST = 4, 1e-4  # mm, deg and ms: finer is noise to a reader; the CSV has it
 MADE_BY = "made by `python -m pipeline report` from the raw rows; do not edit"
 TEX_SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}"}
 TEX_SYMBOLS = {"σ": r"$\sigma$", "Δ": r"$\Delta$", "µ": r"$\mu$", "–": "--", "±": r"$\pm$"}
@@ -196,14 +197,16 @@ class _Typed:
 
 
 def significant(value: float, digits: int, signed: bool = False) -> str:
-    """Format a number with so many significant digits, never in scientific notation."""
+    """Format a number with so many significant digits, but at most four decimals."""
     if not math.isfinite(value):
         return str(value)
     sign = "+" if signed else ""
     if value == 0:
         return f"{0:{sign}.0f}"
+    if abs(value) < SMALLEST / 2:
+        return f"< {SMALLEST:g}" if value > 0 else f"> −{SMALLEST:g}"
     magnitude = math.floor(math.log10(abs(value)))
-    decimals = min(max(digits - 1 - magnitude, 0), 6)
+    decimals = min(max(digits - 1 - magnitude, 0), MOST_DECIMALS)
     return f"{value:{sign},.{decimals}f}".replace("-", "−")
 
 

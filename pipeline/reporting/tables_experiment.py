@@ -21,6 +21,7 @@ from pipeline.reporting.results import Results
 from pipeline.reporting.table import Cell, Column, Table
 
 PLANNER_ROBOTS = ("nico", "nicol")  # the paper states one time for both
+SPLITS = ("train", "validation", "test")
 RATE_UNIT = 1e4  # Table I gives the learning rate in units of 1e-4
 PUBLISHED_TRIALS = 100
 
@@ -79,7 +80,8 @@ def datasets(results: Results) -> Table:
     )
     for robot in ordered_robots(results.dataset):
         splits = results.dataset[robot].get("splits") or {}
-        for split, facts in splits.items():
+        for split in [*(s for s in SPLITS if s in splits), *(s for s in splits if s not in SPLITS)]:
+            facts = splits[split]
             named = {k: facts.get(k) for k in ("poses", "acceptance", "in_collision")}
             named |= {"outside_workspace": facts.get("outside_workspace")}
             seed = facts.get("seed")

@@ -155,7 +155,14 @@ def test_an_unknown_column_is_refused(small):
 
 @pytest.mark.parametrize(
     ("value", "shown"),
-    [(0.0, "0"), (12.345, "12.3"), (-0.5, "−0.500"), (12345.6, "12,346"), (1e-9, "0.000000")],
+    [
+        (0.0, "0"),
+        (12.345, "12.3"),
+        (-0.5, "−0.500"),
+        (12345.6, "12,346"),
+        (1e-9, "< 0.0001"),
+        (0.00862, "0.0086"),
+    ],
 )
 def test_numbers_have_significant_digits(value, shown):
     assert significant(value, 3) == shown
