@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from pipeline.commands.compare import compare
 from pipeline.commands.look import doctor, robot, robots, solvers, where
+from pipeline.commands.readme import readme
 from pipeline.commands.run import everything, stage
 
 Command = Callable[[list[str]], int]
@@ -17,6 +18,7 @@ COMMANDS: dict[str, Command] = {
     "compare": compare,
     "doctor": doctor,
     "where": where,
+    "readme": readme,
 }
 
 __all__ = ["COMMANDS", "stage"]

@@ -1,0 +1,67 @@
+"""`readme`: put pictures and one table of a finished run into README.md; no number is typed."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import yaml
+
+from pipeline.config import CONF_DIR
+from pipeline.data.files import replacing, write_text
+from pipeline.errors import MissingArtifactError
+from pipeline.provenance import ROOT
+
+PICTURES = {
+    "against_the_paper.png": "figures/against_the_paper.png",
+    "grasp.png": "grasp/{robot}/trial*_success.png",
+}
+TABLE = "tables/table2_numerical_comparison.md"
+COLUMNS = (
+    "Robot",
+    "Solver",
+    "pos. [mm] ours",
+    "pos. [mm] paper",
+    "rot. [deg] ours",
+    "rot. [deg] paper",
+    "success [%] ours",
+    "success [%] paper",
+    "time [ms] ours",
+    "time [ms] paper",
+)
+BLOCK = re.compile(r"(<!-- table: [^>]*-->\n).*?(<!-- end of table -->)", re.DOTALL)
+
+
+def readme(arguments: list[str]) -> int:
+    """Copy pictures to results/readme/ and renew the table between its marks in README.md."""
+    bench = yaml.safe_load((CONF_DIR / "bench.yaml").read_text(encoding="utf-8"))
+    folder = ROOT / "results" / bench["profile"]
+    robot = arguments[0] if arguments else bench["grasp_robots"][0]
+    for name, pattern in PICTURES.items():
+        source = _first(folder, pattern.format(robot=robot))
+        with replacing(ROOT / "results" / "readme" / name) as partial:
+            shutil.copyfile(source, partial)
+    table = _first(folder, TABLE).read_text(encoding="utf-8")
+    path = ROOT / "README.md"
+    text = path.read_text(encoding="utf-8")
+    rows = "\n".join(_narrow(table))
+    write_text(path, BLOCK.sub(lambda match: f"{match[1]}{rows}\n{match[2]}", text))
+    print(path)
+    return 0
+
+
+def _narrow(table: str) -> list[str]:
+    """Keep the columns of the first screen, and the rows that this run has numbers for."""
+    lines = [line.strip("|").split("|") for line in table.splitlines() if line.startswith("|")]
+    cells = [[cell.strip() for cell in line] for line in lines]
+    kept = [cells[0].index(name) for name in COLUMNS]
+    rows = [[row[index] for index in kept] for row in cells]
+    return [f"| {' | '.join(row)} |" for row in rows if row[2] != "–"]
+
+
+def _first(folder: Path, pattern: str) -> Path:
+    found = sorted(folder.glob(pattern))
+    if not found:
+        raise MissingArtifactError(f"there is no {folder / pattern}; run `make reproduce` first")
+    return found[0]
