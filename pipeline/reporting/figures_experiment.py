@@ -31,7 +31,7 @@ from pipeline.reporting.style import (
     looks,
     panels,
 )
-from pipeline.reporting.tables_experiment import PUBLISHED_TRIALS, one_row_a_plan
+from pipeline.reporting.tables_trials import PUBLISHED_TRIALS, one_row_a_plan
 
 Curves = Mapping[tuple[str, str], tuple[dict[str, Any], pd.DataFrame]]
 SMOOTHING = 25  # points of a moving median over the noisy batch errors

@@ -22,20 +22,10 @@ from pipeline.reporting.results import Results, read_results
 from pipeline.reporting.style import save, styled
 from pipeline.reporting.summary import summarise
 from pipeline.reporting.table import Table
-from pipeline.reporting.tables_benchmark import (
-    comparisons,
-    neural_comparison,
-    numerical_comparison,
-    precision,
-    timing,
-)
-from pipeline.reporting.tables_experiment import (
-    datasets,
-    grasping,
-    hyperparameters,
-    planner,
-    training,
-)
+from pipeline.reporting.tables_benchmark import neural_comparison, numerical_comparison
+from pipeline.reporting.tables_solvers import comparisons, precision, timing
+from pipeline.reporting.tables_training import datasets, hyperparameters, training
+from pipeline.reporting.tables_trials import grasping, planner
 
 MAPPED = "cycleik"  # the solver whose precision is shown over the workspace
 

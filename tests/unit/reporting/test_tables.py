@@ -12,7 +12,8 @@ from pipeline.reporting.results import Results
 from pipeline.reporting.summary import summarise
 from pipeline.reporting.table import Column, Table, significant
 from pipeline.reporting.tables_benchmark import neural_comparison, numerical_comparison
-from pipeline.reporting.tables_experiment import grasping, hyperparameters, planner
+from pipeline.reporting.tables_training import hyperparameters
+from pipeline.reporting.tables_trials import grasping, planner
 
 
 @pytest.fixture(scope="module")

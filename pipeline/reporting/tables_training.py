@@ -1,4 +1,4 @@
-"""Tables of data, training, planning and grasping, with the paper's numbers where it has any."""
+"""Tables of hyperparameters (Table I of the paper), pose sets and training."""
 
 from __future__ import annotations
 
@@ -6,24 +6,16 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.evaluation.statistics import wilson_interval
-from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.naming import (
-    OUTCOMES,
     ordered_robots,
-    ordered_solvers,
-    outcome_key,
     robot_title,
-    solver_title,
 )
 from pipeline.reporting.published import Published
 from pipeline.reporting.results import Results
 from pipeline.reporting.table import Cell, Column, Table
 
-PLANNER_ROBOTS = ("nico", "nicol")  # the paper states one time for both
 SPLITS = ("train", "validation", "test")
 RATE_UNIT = 1e4  # Table I gives the learning rate in units of 1e-4
-PUBLISHED_TRIALS = 100
 
 
 def hyperparameters(results: Results, published: Published) -> Table:
@@ -136,98 +128,6 @@ def training(results: Results) -> Table:
     return table
 
 
-def planner(results: Results, published: Published) -> Table:
-    """The planner benchmark; the paper states one time for 50 poses on NICO and NICOL."""
-    table = Table(
-        name="planner",
-        title="Motion planner",
-        caption="Random start-target pairs, 50 poses a plan in one batched query. The paper states "
-        "about 70 ms for a plan on NICO and NICOL.",
-        columns=[
-            Column("robot", "Robot"),
-            Column("solver", "Solver"),
-            Column("plans", "plans"),
-            Column("time_median_ms", "median", "plan time [ms]", 3),
-            Column("time_p99_ms", "p99", "plan time [ms]", 3),
-            Column("time_paper_ms", "paper", "plan time [ms]", 3),
-            Column("tip_error_mean_mm", "mean", "tip error along the path [mm]", 3),
-            Column(
-                "tip_error_median_mm", "median of the largest", "tip error along the path [mm]", 3
-            ),
-            Column("largest_step_rad", "largest joint step, median [rad]", digits=3),
-            Column("without_flip", "plans without a flip [%]", percent=1),
-        ],
-    )
-    paper = published.number("planner", "nico_nicol", "cycleik", "time_per_50_point_plan")
-    for robot in ordered_robots(results.plan):
-        plans = one_row_a_plan(results.plan[robot])
-        for solver in ordered_solvers(plans.solver):
-            rows = plans[plans.solver == solver]
-            stated = solver == "cycleik" and robot in PLANNER_ROBOTS
-            table.add(
-                robot=robot_title(robot),
-                solver=solver_title(solver),
-                plans=len(rows),
-                time_median_ms=_quantile(rows, "plan_time_ms", 0.5),
-                time_p99_ms=_quantile(rows, "plan_time_ms", 0.99),
-                time_paper_ms=paper if stated else None,
-                tip_error_mean_mm=_mean(rows, "tip_error_mean_mm"),
-                tip_error_median_mm=_quantile(rows, "tip_error_mm", 0.5),
-                largest_step_rad=_quantile(rows, "largest_step_rad", 0.5),
-                without_flip=float((rows.flips == 0).mean()) if "flips" in rows else None,
-            )
-    return table
-
-
-def grasping(results: Results, published: Published, config: ReportConfig) -> Table:
-    """Figure 5 as a table: the share of each outcome, this run in simulation beside the paper."""
-    table = Table(
-        name="figure5_grasping",
-        title="Figure 5: outcomes of grasp trials",
-        caption=f"Share of trials by outcome with {config.confidence * 100:g} % Wilson intervals. "
-        "This run is physics simulation; the paper's 100 trials a robot are on hardware, with its "
-        "detector and language model.",
-        columns=[
-            Column("robot", "Robot"),
-            Column("outcome", "Outcome"),
-            Column("trials", "trials"),
-            Column("count", "count"),
-            Column("share", "ours", "share [%]", percent=1),
-            Column("share_low", "from", "share [%]", percent=1),
-            Column("share_high", "to", "share [%]", percent=1),
-            Column("share_paper", "paper", "share [%]", percent=0),
-            Column("share_difference", "Δ", "share [%]", percent=1, signed=True),
-        ],
-    )
-    for robot in ordered_robots([*results.grasp, *published.robots("grasping")]):
-        trials = results.grasp.get(robot)
-        for key, title in OUTCOMES.items():
-            paper = published.number("grasping", robot, "cycleik", key)
-            paper = None if paper is None else paper / PUBLISHED_TRIALS
-            cells: dict[str, Cell] = {"share_paper": paper}
-            if trials is not None:
-                count = int((trials["class"].map(outcome_key) == key).sum())
-                share = wilson_interval(count, len(trials), config.confidence)
-                cells |= {"trials": len(trials), "count": count, "share": share.estimate}
-                cells |= {"share_low": share.low, "share_high": share.high}
-                cells["share_difference"] = None if paper is None else share.estimate - paper
-            table.add(robot=robot_title(robot), outcome=title, **cells)
-    return table
-
-
-def one_row_a_plan(rows: pd.DataFrame) -> pd.DataFrame:
-    """Bring planner rows to one a plan, whether they were stored by plan or by waypoint."""
-    how = {
-        "plan_time_ms": "first",
-        "tip_error_mm": "max",
-        "tip_error_mean_mm": "mean",
-        "largest_step_rad": "max",
-        "flips": "max",
-    }
-    present = {name: rule for name, rule in how.items() if name in rows.columns}
-    return rows.groupby(["solver", "pair"], sort=False).agg(present).reset_index()
-
-
 def _published_row(published: Published, robot: str) -> dict[str, Cell]:
     def number(metric: str) -> float | None:
         return published.number("hyperparameters", robot, "cycleik", metric)
@@ -279,11 +179,3 @@ def _at(content: dict[str, Any], *keys: str) -> Any:
     for key in keys:
         content = (content or {}).get(key)  # type: ignore[assignment]
     return content
-
-
-def _quantile(rows: pd.DataFrame, column: str, share: float) -> float | None:
-    return float(rows[column].quantile(share)) if column in rows else None
-
-
-def _mean(rows: pd.DataFrame, column: str) -> float | None:
-    return float(rows[column].mean()) if column in rows else None
