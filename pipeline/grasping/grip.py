@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from robots import Robot
 
 Array = NDArray[np.float64]
+HAND_LENGTH = 0.1  # m from wrist to fingertip, turns an angle into a distance
+LIFT_WEIGHT = 3.0  # of the joints' way during the lift, which a change of branch makes long
 
 
 def tip_yaw(scene: SceneConfig, place: ArrayLike) -> float:
@@ -57,11 +59,13 @@ class Reach:
     Attributes:
         pose: Of the tip, base frame, shape (7,).
         joints: Of the arm there [rad or m], shape (dof,).
+        lifted: Of the arm at the lifted pose [rad or m], shape (dof,).
         error: Larger tip error of the pose and of the lifted pose [m].
     """
 
     pose: Array
     joints: Array
+    lifted: Array
     error: float
 
 
@@ -89,21 +93,28 @@ def reach(
         lift: Height above the place that must be reached too [m].
 
     Returns:
-        The candidate within the tolerance whose joints are nearest; the most exact one if none is.
+        The candidate within the tolerance that costs least joint travel and turning from the first
+        one [rad]; the most exact one if none is within it.
     """
-    poses = np.array(
-        [tip_pose(scene, place, yaw, tilt) for yaw in yaws for tilt in scene.grip.tilts]
-    )
+    turns = np.array([(yaw, tilt) for yaw in yaws for tilt in scene.grip.tilts])
+    poses = np.array([tip_pose(scene, place, yaw, tilt) for yaw, tilt in turns])
     lifted = poses.copy()
     lifted[:, 2] += lift
-    query = np.concatenate([poses, lifted])
-    joints = solver.solve(query, initial=near).joints
-    reached = robot.forward_kinematics(joints)
-    distance = np.linalg.norm(reached[:, :3] - query[:, :3], axis=1)
-    # An angle counts like the way a fingertip 10 cm from the wrist goes.
-    distance += 0.1 * angle_between(reached[:, 3:], query[:, 3:])
-    error = np.maximum(*np.split(distance, 2))
-    travel = np.maximum(*np.split(np.abs(joints - near).max(axis=1), 2))
+    # Seeded by the arm's joints and by its idle ones: the nearest solution may end at a limit.
+    poses, lifted = np.tile(poses, (2, 1)), np.tile(lifted, (2, 1))
+    seeds = np.repeat([near, robot.home], len(poses) // 2, axis=0)
+    joints = solver.solve(poses, initial=seeds).joints
+    above = solver.solve(lifted, initial=joints).joints
+    error = np.maximum(_tip_error(robot, joints, poses), _tip_error(robot, above, lifted))
+    cost = np.abs(joints - near).max(axis=1) + LIFT_WEIGHT * np.abs(above - joints).max(axis=1)
+    cost += np.tile(np.deg2rad(np.abs(turns - turns[0]).sum(axis=1)), 2)
     within = error < scene.grip.tolerance
-    best = int(np.argmin(np.where(within, travel, np.inf) if within.any() else error))
-    return Reach(poses[best], joints[best], float(error[best]))
+    best = int(np.argmin(np.where(within, cost, np.inf) if within.any() else error))
+    return Reach(poses[best], joints[best], above[best], float(error[best]))
+
+
+def _tip_error(robot: Robot, joints: Array, poses: Array) -> Array:
+    """Distance of the tip from its pose [m]; an angle counts like a way at the fingertips."""
+    reached = robot.forward_kinematics(joints)
+    distance = np.linalg.norm(reached[:, :3] - poses[:, :3], axis=1)
+    return distance + HAND_LENGTH * angle_between(reached[:, 3:], poses[:, 3:])

@@ -14,7 +14,7 @@ from pipeline.grasping.scene import Scene
 from pipeline.planning.config import MotionConfig
 from pipeline.planning.control import control_points
 from pipeline.planning.motion import Motion, motion_end, plan_motion
-from pipeline.planning.timing import time_scale
+from pipeline.planning.timing import Trajectory, time_scale
 
 if TYPE_CHECKING:
     from baselines import Solver
@@ -36,7 +36,7 @@ class Report:
     """What happened in one attempt, from the simulator's state.
 
     Attributes:
-        motions: Planned motions by name.
+        motions: Planned motions by name, as they were followed.
         reach_error: Tip error of the best top grasp [m].
         pushed: Way the thing moved before the fingers closed [m].
         tracking_error: Distance of the tip from where it was to be when it had arrived [m].
@@ -44,7 +44,9 @@ class Report:
         closing_s: Time the fingers took to stall [s].
         lifted: Whether the thing was off the table and in the hand after the lift.
         kept: Whether it was still in the hand over the bin.
+        released: Whether the hand was opened over the bin.
         bin: Bin that it lies in at the end.
+        swung: Motions whose path could not be followed, so that the arm swung round by joints.
         stopped: Why the attempt ended early; empty if it did not.
     """
 
@@ -56,7 +58,9 @@ class Report:
     closing_s: float = np.nan
     lifted: bool = False
     kept: bool = False
+    released: bool = False
     bin: str | None = None
+    swung: list[str] = field(default_factory=list)
     stopped: str = ""
 
 
@@ -83,7 +87,7 @@ class Primitive:
         """Take the scene, the settings and the solver of the motions."""
         self.scene, self.config, self.solver, self.repair = scene, config, solver, repair
         self.robot, self.grip = scene.robot, scene.config.grip
-        self.target = self.ready = scene.robot.home.copy()
+        self.target = scene.robot.home.copy()
         self.report = Report()
 
     def run(self, place: ArrayLike) -> Report:
@@ -109,23 +113,42 @@ class Primitive:
         middle = float(np.mean(self.scene.config.area.y))
         return "left" if np.asarray(place)[1] > middle else "right"
 
-    def move(self, name: str, target: Array) -> None:
+    def move(self, name: str, target: Array, over: Array | None = None) -> None:
         """Plan a motion of the tip from where the arm was sent last, and follow it.
 
         Args:
             name: Which of the configured motions.
             target: Pose (7,) or joints (dof,) to end at.
+            over: Joints to swing to first where the path of the tip cannot be followed, shape
+                (dof,); none goes without.
 
         Raises:
             Stopped: The motion jumps between branches of solutions.
         """
+        motion = self._plan(name, target)
+        if over is not None and self._unfit(motion):
+            self.report.swung.append(name)
+            self._swing(over)
+            motion = self._plan(name, target)
+        self.report.motions[name] = motion
+        speed = self.config.timing.speed
+        seconds = self._timed(motion.joints, speed).duration
+        if seconds > self.config.timing.longest_s:
+            raise Stopped(f"{name}: the joints jump, it would take {seconds:.0f} s")
+        self._follow(motion.joints, speed)
+
+    def _unfit(self, motion: Motion) -> bool:
+        """Whether the path leaves the reach, or the joints would have to race along it."""
+        seconds = self._timed(motion.joints, self.config.timing.speed).duration
+        astray = motion.tip_error_mm.max() > 1e3 * self.grip.tolerance
+        return bool(astray or seconds > self.config.timing.longest_s)
+
+    def _plan(self, name: str, target: Array) -> Motion:
         rule = self.config.motions[name]
         points = motion_control_points(self.robot, self.target, target, rule, self.grip.scale)
-        motion = plan_motion(
+        return plan_motion(
             self.robot, self.solver, self.target, target, points, rule.steps, repair=self.repair
         )
-        self.report.motions[name] = motion
-        self._follow(name, motion.joints)
 
     def _pick(self, place: Array) -> None:
         """Go to the thing, close the fingers and lift straight up."""
@@ -136,15 +159,13 @@ class Primitive:
         if chosen.error > grip.tolerance:
             raise Stopped(f"out of reach: best tip error {1e3 * chosen.error:.0f} mm")
         before = scene.thing_position()
-        self.move("approach", chosen.pose)
+        self.move("approach", chosen.joints, chosen.lifted)
         self.report.pushed = float(np.linalg.norm(scene.thing_position() - before))
         self._track(chosen.pose)
         self._close()
         self._count_touching()
         rest = scene.thing_position()[2]
-        above = chosen.pose.copy()
-        above[2] += grip.lift
-        self.move("lift", above)
+        self.move("lift", chosen.lifted)
         self._count_touching()
         risen = scene.thing_position()[2] - rest
         self.report.lifted = risen > self.config.lifted and self.report.touching[-1] > 0
@@ -159,10 +180,11 @@ class Primitive:
         chosen = self._reach(over, grip.release_yaws, 0.0)
         if chosen.error > grip.tolerance:
             raise Stopped(f"the {side} bin is out of reach by {1e3 * chosen.error:.0f} mm")
-        self.move("transfer", chosen.pose)
+        self.move("transfer", chosen.joints, chosen.joints)
         self._count_touching()
         self.report.kept = self.report.touching[-1] > 0
         scene.hand.let_go()
+        self.report.released = True
         scene.wait(scene.config.hand.open_s)
         self._wait_for_rest()
         self.report.bin = scene.bin_of_thing()
@@ -171,30 +193,41 @@ class Primitive:
         """Swing from the idle configuration to where the motions begin, joint by joint."""
         if self.grip.ready is not None:
             chosen = self._reach(np.array(self.grip.ready), self.grip.yaws, 0.0)
-            self._follow("ready", np.linspace(self.target, chosen.joints, SWING_STEPS))
-        self.ready = self.target
+            self._swing(chosen.joints)
 
     def _go_home(self) -> None:
-        """Return to where the motions began, then to the idle configuration."""
+        """Return to the idle configuration: as it came, along a path or joint by joint."""
         self.scene.hand.let_go()
-        self.move("homeward", self.ready)
-        if self.grip.ready is not None:
-            self._follow("homeward", np.linspace(self.target, self.robot.home, SWING_STEPS))
+        if self.grip.ready is None:
+            self.move("homeward", self.robot.home, self.robot.home)
+        else:
+            self._swing(self.robot.home)
 
     def _reach(self, place: Array, yaws: list[float], lift: float) -> Reach:
         return reach(self.robot, self.solver, self.scene.config, place, self.target, yaws, lift)
 
-    def _follow(self, name: str, waypoints: Array) -> None:
-        timing, limit = self.config.timing, self.robot.velocity_limit
-        trajectory = time_scale(waypoints, limit, timing.speed, timing.rate)
-        if trajectory.duration > timing.longest_s:
-            raise Stopped(f"{name}: the joints jump, it would take {trajectory.duration:.0f} s")
+    def _swing(self, joints: Array) -> None:
+        """Go straight from joints to joints; swift, unless something is held."""
+        timing = self.config.timing
+        holding = self.report.lifted and not self.report.released
+        self._follow(
+            np.linspace(self.target, joints, SWING_STEPS),
+            timing.speed if holding else timing.swing,
+        )
+
+    def _follow(self, waypoints: Array, speed: float) -> None:
+        trajectory = self._timed(waypoints, speed)
         for joints, velocities in zip(trajectory.joints, trajectory.velocities, strict=True):
             self.scene.command(joints, velocities)
             self.scene.step()
         self.target = waypoints[-1]
         self.scene.command(self.target)
-        self.scene.wait(timing.pause_s)
+        self.scene.wait(self.config.timing.pause_s)
+
+    def _timed(self, waypoints: Array, speed: float) -> Trajectory:
+        timing = self.config.timing
+        limit = np.minimum(self.robot.velocity_limit, timing.fastest)
+        return time_scale(waypoints, limit, speed, timing.rate)
 
     def _close(self) -> None:
         """Pull until every finger has stalled, or the time is up."""

@@ -149,7 +149,7 @@ def run_trial(
         "y_m": setup.place[1],
         "yaw_rad": setup.yaw,
         "position_error_mm": 1e3 * config.position_error,
-        "outcome": outcome,
+        "class": outcome,
         "reason": reason,
     }
     return (
@@ -190,6 +190,7 @@ def measures(report: Report) -> dict[str, Any]:
     columns: dict[str, Any] = {
         "lifted": report.lifted,
         "bin": report.bin or "",
+        "swung": ",".join(report.swung),
         "reach_error_mm": 1e3 * report.reach_error,
         "pushed_mm": 1e3 * report.pushed,
         "tracking_error_mm": 1e3 * report.tracking_error,

@@ -32,14 +32,18 @@ class TimingConfig:
     """How a path of joints becomes a trajectory in time."""
 
     speed: float = MISSING  # share of the velocity limits
+    swing: float = MISSING  # share of the velocity limits, from joints to joints
+    fastest: float = MISSING  # rad/s or m/s
     rate: float = MISSING  # Hz
     pause_s: float = MISSING  # s at rest after a motion
     longest_s: float = MISSING  # s
 
     def __post_init__(self) -> None:
         """Refuse speeds beyond the limits."""
-        positive("timing.speed", self.speed)
-        within("timing.speed", self.speed, 0.0, 1.0)
+        for name in ("speed", "swing"):
+            positive(f"timing.{name}", getattr(self, name))
+            within(f"timing.{name}", getattr(self, name), 0.0, 1.0)
+        positive("timing.fastest", self.fastest)
         positive("timing.rate", self.rate)
         at_least("timing.pause_s", self.pause_s, 0)
         positive("timing.longest_s", self.longest_s)
