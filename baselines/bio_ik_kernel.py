@@ -78,7 +78,6 @@ class _Species(NamedTuple):
     fitness: Array  # (children + ELITES,)
     center: Array  # (dof,) where the approximation was made
     residual: Array  # (6,) weighted
-    slope: Array  # (6,) weighted
     gradient: Array  # (dof,)
 
 
@@ -95,7 +94,6 @@ def _new_species(options, dof):  # type: ignore[no-untyped-def]
         np.zeros((rows, dof)),
         np.zeros(rows),
         np.zeros(dof),
-        np.zeros(6),
         np.zeros(6),
         np.zeros(dof),
     )
@@ -127,15 +125,12 @@ def _born(chain, key, counter, s, k):  # type: ignore[no-untyped-def]
 @njit(cache=True, fastmath={"contract", "reassoc"})
 def _approximate(q, at, s, weight):  # type: ignore[no-untyped-def]
     """Cost of q by the first-order approximation at s.center; residual into s.residual."""
-    r0, r1, r2, r3, r4, r5 = at.error
+    J, e, center = at.jacobian, at.error, s.center
+    r0, r1, r2, r3, r4, r5 = e[0], e[1], e[2], e[3], e[4], e[5]
     for i in range(q.shape[0]):
-        d = q[i] - s.center[i]
-        r0 -= d * at.jacobian[i, 0]
-        r1 -= d * at.jacobian[i, 1]
-        r2 -= d * at.jacobian[i, 2]
-        r3 -= d * at.jacobian[i, 3]
-        r4 -= d * at.jacobian[i, 4]
-        r5 -= d * at.jacobian[i, 5]
+        d = q[i] - center[i]
+        r0, r1, r2 = r0 - d * J[i, 0], r1 - d * J[i, 1], r2 - d * J[i, 2]
+        r3, r4, r5 = r3 - d * J[i, 3], r4 - d * J[i, 4], r5 - d * J[i, 5]
     r3, r4, r5 = weight * r3, weight * r4, weight * r5
     s.residual[0], s.residual[1], s.residual[2] = r0, r1, r2
     s.residual[3], s.residual[4], s.residual[5] = r3, r4, r5
@@ -172,7 +167,10 @@ def _select(options, at, s, k):  # type: ignore[no-untyped-def]
     for c in range(ELITES + options.children):
         s.fitness[c] = _approximate(s.child[c], at, s, options.rotation_weight)
     for e in range(ELITES):
-        best = np.argmin(s.fitness)
+        best = 0
+        for c in range(1, ELITES + options.children):
+            if s.fitness[c] < s.fitness[best]:
+                best = c
         s.fitness[best] = np.inf
         s.genes[k, e] = s.child[best]
         s.momentum[k, e] = s.move[best]
@@ -181,25 +179,21 @@ def _select(options, at, s, k):  # type: ignore[no-untyped-def]
 @njit(cache=True, fastmath={"contract", "reassoc"})
 def _line_search(chain, options, at, q, s):  # type: ignore[no-untyped-def]
     """Move q (dof,) along the gradient to the minimum of the approximated, quadratic cost."""
-    weight = options.rotation_weight
-    dof = q.shape[0]
+    weight, dof, J = options.rotation_weight, q.shape[0], at.jacobian
     _approximate(q, at, s, weight)
-    s.slope[:] = 0.0
-    length2 = 0.0
+    r0, r1, r2 = s.residual[0], s.residual[1], s.residual[2]
+    r3, r4, r5 = weight * s.residual[3], weight * s.residual[4], weight * s.residual[5]
+    s0 = s1 = s2 = s3 = s4 = s5 = length2 = 0.0
     for i in range(dof):
-        g = 0.0
-        for r in range(6):
-            g += at.jacobian[i, r] * s.residual[r] * (1.0 if r < 3 else weight)
+        g = J[i, 0] * r0 + J[i, 1] * r1 + J[i, 2] * r2 + J[i, 3] * r3 + J[i, 4] * r4 + J[i, 5] * r5
         # The gradient must not point out of the box.
         if (q[i] <= chain.lower[i] and g < 0.0) or (q[i] >= chain.upper[i] and g > 0.0):
             g = 0.0
         s.gradient[i] = g
         length2 += g * g
-        for r in range(6):
-            s.slope[r] += at.jacobian[i, r] * g * (1.0 if r < 3 else weight)
-    curvature = 0.0
-    for r in range(6):
-        curvature += s.slope[r] * s.slope[r]
+        s0, s1, s2 = s0 + g * J[i, 0], s1 + g * J[i, 1], s2 + g * J[i, 2]
+        s3, s4, s5 = s3 + g * J[i, 3], s4 + g * J[i, 4], s5 + g * J[i, 5]
+    curvature = s0 * s0 + s1 * s1 + s2 * s2 + weight * weight * (s3 * s3 + s4 * s4 + s5 * s5)
     if curvature <= 0.0:
         return
     step = length2 / curvature
