@@ -34,6 +34,7 @@ class Mink(DescentSolver):
     """
 
     requires: ClassVar[tuple[str, ...]] = ("mink", "mujoco", "qpsolvers")
+    mimics: ClassVar[bool] = False
 
     def __init__(
         self, robot: Robot, *, qp_solver: str, lm_damping: float, limit_gain: float, **descent: Any

@@ -39,6 +39,7 @@ class Optik(QuerySolver):
     """
 
     requires: ClassVar[tuple[str, ...]] = ("optik",)
+    mimics: ClassVar[bool] = False
     budgets: ClassVar[frozenset[str]] = frozenset({"time_s"})
 
     def __init__(

@@ -33,6 +33,7 @@ class Pink(DescentSolver):
     """
 
     requires: ClassVar[tuple[str, ...]] = ("pink", "qpsolvers")
+    mimics: ClassVar[bool] = False
 
     def __init__(
         self, robot: Robot, *, qp_solver: str, lm_damping: float, limit_gain: float, **descent: Any

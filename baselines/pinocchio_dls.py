@@ -9,7 +9,7 @@ Sugihara, "Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pinocchio
@@ -30,6 +30,8 @@ class PinocchioDls(DescentSolver):
         damping_gain: Damping per squared error (m² + rad²).
         **descent: Tolerances, restarts and budget, see `DescentSolver`.
     """
+
+    mimics: ClassVar[bool] = False
 
     def __init__(
         self, robot: Robot, *, damping: float, damping_gain: float, **descent: Any

@@ -25,6 +25,7 @@ class Placo(DescentSolver):
     """
 
     requires: ClassVar[tuple[str, ...]] = ("placo",)
+    mimics: ClassVar[bool] = False
 
     def __init__(self, robot: Robot, *, regularization: float, **descent: Any) -> None:
         import placo

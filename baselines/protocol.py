@@ -88,6 +88,7 @@ class Solver(ABC):
         requires: Modules that must be installed.
         budgets: Budgets that the solver heeds, of "time_s" and "iterations". One that heeds none
             (an analytical solver) takes any budget and needs none.
+        mimics: Whether it can solve a chain where one joint mimics another.
         robot: The robot that it solves for.
         budget: Used where `solve` gets none.
     """
@@ -95,6 +96,7 @@ class Solver(ABC):
     name: str = ""
     requires: ClassVar[tuple[str, ...]] = ()
     budgets: ClassVar[frozenset[str]] = frozenset({"time_s", "iterations"})
+    mimics: ClassVar[bool] = True
 
     def __init__(
         self, robot: Robot, *, time_s: float | None = None, iterations: int | None = None
@@ -109,7 +111,11 @@ class Solver(ABC):
     def skip(cls, robot: Robot | None = None) -> str | None:
         """Say why this solver cannot run here (for `robot`, if given), or None if it can."""
         missing = [name for name in cls.requires if importlib.util.find_spec(name) is None]
-        return f"not installed: {', '.join(missing)}" if missing else None
+        if missing:
+            return f"not installed: {', '.join(missing)}"
+        if robot is not None and not cls.mimics and len(robot.chain.variable) != robot.dof:
+            return f"a joint of {robot.name} mimics another one, which this solver does not know"
+        return None
 
     def solve(
         self, poses: ArrayLike, initial: ArrayLike | None = None, budget: Budget | None = None

@@ -41,6 +41,7 @@ class PytorchDls(Solver):
     """
 
     requires: ClassVar[tuple[str, ...]] = ("torch", "pytorch_kinematics")
+    mimics: ClassVar[bool] = False
     budgets: ClassVar[frozenset[str]] = frozenset({"iterations"})
 
     def __init__(

@@ -34,6 +34,7 @@ class ToolboxLm(QuerySolver):
     """
 
     requires: ClassVar[tuple[str, ...]] = ("roboticstoolbox",)
+    mimics: ClassVar[bool] = False
 
     def __init__(
         self,

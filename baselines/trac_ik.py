@@ -43,6 +43,7 @@ class TracIk(QuerySolver):
     """
 
     requires: ClassVar[tuple[str, ...]] = ("pytracik",)
+    mimics: ClassVar[bool] = False
     budgets: ClassVar[frozenset[str]] = frozenset({"time_s"})
 
     def __init__(self, robot: Robot, *, epsilon: float, solve_type: str, time_s: float) -> None:

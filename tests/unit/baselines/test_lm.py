@@ -15,7 +15,7 @@ from robots import load_robot
 from robots.rotations import matrix_from_quaternion, quaternion_multiply
 
 TWO_LINK = Path(__file__).parents[2] / "fixtures" / "two_link.urdf"
-IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+MIXED = TWO_LINK.with_name("mixed.urdf")
 
 
 @pytest.fixture(scope="module")
@@ -51,13 +51,15 @@ def linearised(robot, joints, pose):
     return at, squares
 
 
-def test_the_linearisation_agrees_with_the_robot(panda):
-    for joints in panda.sample(20, seed=2, collision_free=False):
-        pose = panda.forward_kinematics(joints[None])[0]
-        at, (distance2, angle2) = linearised(panda, joints, pose)
+@pytest.mark.parametrize("name", ["panda", "mixed"])
+def test_the_linearisation_agrees_with_the_robot(panda, name):
+    robot = panda if name == "panda" else load_robot(urdf=MIXED, base="bench", tip="tool")
+    for joints in robot.sample(20, seed=2, collision_free=False):
+        pose = robot.forward_kinematics(joints[None])[0]
+        at, (distance2, angle2) = linearised(robot, joints, pose)
         assert np.allclose(at.position, pose[:3], atol=1e-14)
         assert np.allclose(at.rotation, matrix_from_quaternion(pose[3:]), atol=1e-14)
-        assert np.allclose(at.jacobian.T, panda.jacobian(joints[None])[0], atol=1e-14)
+        assert np.allclose(at.jacobian.T, robot.jacobian(joints[None])[0], atol=1e-14)
         assert distance2 < 1e-24 and angle2 < 1e-20
 
 

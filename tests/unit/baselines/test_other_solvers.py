@@ -5,11 +5,12 @@ import pinocchio
 import pytest
 
 import baselines
-from baselines import Budget, SolverError
+from baselines import Budget, SkippedSolver, SolverError
+from baselines.analytical import AnalyticalSolver
 from baselines.chain_urdf import chain_urdf, chain_urdf_file
 from robots import load_robot
 
-TWO_LINK = Path(__file__).parents[2] / "fixtures" / "two_link.urdf"
+MIXED = Path(__file__).parents[2] / "fixtures" / "mixed.urdf"
 
 
 @pytest.fixture(scope="module")
@@ -20,6 +21,12 @@ def panda():
 @pytest.fixture(scope="module")
 def poses(panda):
     return panda.forward_kinematics(panda.sample(60, seed=8, collision_free=False))
+
+
+@pytest.fixture(scope="module")
+def mixed():
+    """A chain with a sliding joint, and one that mimics another."""
+    return load_robot(urdf=MIXED, base="bench", tip="tool")
 
 
 def success(robot, joints, poses):
@@ -100,3 +107,59 @@ def test_trac_ik_keeps_a_solver_for_each_budget(panda, poses):
     solution = solver.solve(poses)
     assert sorted(solver._solvers) == [0.02, solver.budget.time_s]
     assert success(panda, solution.joints, poses) > 0.95
+
+
+@pytest.mark.parametrize("name", ["lm", "bio_ik"])
+def test_our_own_solvers_know_sliding_and_coupled_joints(mixed, name):
+    joints = mixed.sample(20, seed=1, collision_free=False)
+    targets = mixed.forward_kinematics(joints)
+    # Three variables do not reach a pose but by the same joints: start near, follow the motion.
+    near = np.clip(joints + 0.02, mixed.lower, mixed.upper)
+    solution = baselines.load(name, mixed).solve(targets, initial=near)
+    assert solution.found.all()
+    assert success(mixed, solution.joints, targets) == 1.0
+
+
+@pytest.mark.parametrize("name", ["pinocchio", "placo", "pytorch_kinematics", "trac_ik"])
+def test_coupled_joints_are_a_reason_to_skip(mixed, name):
+    with pytest.raises(SkippedSolver, match="mimics"):
+        baselines.load(name, mixed)
+
+
+def test_solvers_of_the_panda_skip_others(panda):
+    nico = load_robot("nico")
+    for name in ("frankik", "ssik"):
+        pytest.importorskip(name)
+        assert baselines.skip(name, panda) is None
+        assert "nico is another robot" in baselines.skip(name, nico)
+
+
+def test_optik_skips_sliding_joints():
+    pytest.importorskip("optik")
+    assert "sliding" in baselines.skip("optik", load_robot("fetch"))
+
+
+class Proposing(AnalyticalSolver):
+    """Proposes what it is told to."""
+
+    def _candidates(self, target, initial):
+        return self.proposals
+
+
+def test_analytical_proposals_are_checked(panda):
+    solver = Proposing(panda, limit_tolerance=1e-6, matrix_tolerance=1e-4)
+    joints = panda.sample(3, seed=6, collision_free=False)
+    pose = panda.forward_kinematics(joints[:1])
+    solver.proposals = np.empty((0, 7))
+    assert solver.solve(pose).reason == ("no solution",)
+    # Wrong branch, not a number, outside the limits.
+    solver.proposals = np.array([joints[1], np.full(7, np.nan), panda.upper + 0.1])
+    assert not solver.solve(pose).found[0]
+    # A hair outside counts as inside; the right one is taken.
+    solver.proposals = np.array([joints[1], joints[0]])
+    solution = solver.solve(pose)
+    assert solution.found[0] and np.array_equal(solution.joints[0], joints[0])
+    edge = panda.forward_kinematics(panda.upper[None])
+    solver.proposals = panda.upper[None] + 1e-7
+    solution = solver.solve(edge)
+    assert solution.found[0] and np.array_equal(solution.joints[0], panda.upper)
