@@ -41,7 +41,7 @@ def run(config: Config) -> list[Path]:
             ) as shown,
         ):
             rows = evaluate_solver(subject, config.evaluate, parts, shown.update)
-            facts = {**question(subject, config.evaluate), "versions": provenance.versions()}
+            facts = {**provenance.made_by(), **question(subject, config.evaluate)}
             write_table(path, rows, facts)
             clear_parts(parts)
         written.append(path)
