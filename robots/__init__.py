@@ -1,8 +1,13 @@
+# ruff: noqa: E402 - the cache is set up between the imports
 """What a robot is: descriptions, kinematics, collision and samples.
 
 Public API:
     load_robot, available_robots, Robot and the errors, all of which are a `RobotError`.
 """
+
+from robots.compiled_cache import use_own_folder
+
+use_own_folder("robots")  # before the imports below declare compiled functions
 
 from robots.description import Description, available_robots
 from robots.errors import (

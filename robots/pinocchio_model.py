@@ -9,7 +9,7 @@ import pinocchio
 from numpy.typing import NDArray
 
 from robots.chain import Drive
-from robots.errors import RobotError
+from robots.errors import RobotError, UrdfError
 from robots.urdf import Urdf
 from robots.urdf_writer import write_urdf
 
@@ -29,6 +29,9 @@ def reduced_model(
 
     Returns:
         The model and the geometry model (None without shapes).
+
+    Raises:
+        UrdfError: If a collision mesh is there but cannot be read.
     """
     xml = write_urdf(urdf, root, shapes=shapes)
     model = pinocchio.buildModelFromXML(xml)
@@ -39,7 +42,11 @@ def reduced_model(
             position[model.joints[index].idx_q] = driven[name].offset
     if not shapes:
         return pinocchio.buildReducedModel(model, locked, position), None
-    geometry = pinocchio.buildGeomFromUrdfString(model, xml, pinocchio.GeometryType.COLLISION)
+    try:
+        geometry = pinocchio.buildGeomFromUrdfString(model, xml, pinocchio.GeometryType.COLLISION)
+    except (ValueError, RuntimeError) as error:
+        problem = " ".join(str(error).split())
+        raise UrdfError(f"{urdf.path}: a collision mesh cannot be read: {problem}") from None
     model, geometries = pinocchio.buildReducedModel(model, [geometry], locked, position)
     return model, geometries[0]
 

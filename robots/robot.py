@@ -14,7 +14,8 @@ from robots.bodies import Bodies, build_bodies
 from robots.chain import Chain, Drive, build_chain, chain_joints, drives
 from robots.collision import CollisionChecker, checked_pairs, find_allowed_pairs
 from robots.description import Description, find_description
-from robots.errors import DescriptionError, RobotError
+from robots.errors import RobotError
+from robots.limits import check_names, choose_home, narrow
 from robots.pinocchio_model import chain_model
 from robots.sampling import sample_configurations
 from robots.urdf import Urdf
@@ -67,12 +68,12 @@ class Robot:
         joints = [joint for joint in joints if joint.name not in description.posture]
         self.joint_names = tuple(joint.name for joint in joints)
         self.dof = len(joints)
-        _check_names(description, self.urdf, self.joint_names)
+        check_names(description, self.urdf, self.joint_names)
         self.lower = np.array([joint.lower for joint in joints])
         self.upper = np.array([joint.upper for joint in joints])
         self.velocity_limit = np.array([joint.velocity for joint in joints])
-        _narrow(description, self.joint_names, self.lower, self.upper)
-        self.home = _home(description, self.lower, self.upper)
+        narrow(description, self.joint_names, self.lower, self.upper)
+        self.home = choose_home(description, self.lower, self.upper)
         self._drives: dict[str, Drive] = drives(
             self.urdf, list(self.joint_names), description.posture
         )
@@ -242,58 +243,3 @@ def _only_end(urdf: Urdf) -> str:
     if len(ends) != 1:
         raise RobotError(f"{urdf.path}: give tip=, one of the links; ends are {', '.join(ends)}")
     return ends[0]
-
-
-def _check_names(description: Description, urdf: Urdf, names: tuple[str, ...]) -> None:
-    if description.joints is not None and description.joints != names:
-        raise DescriptionError(
-            f"robot '{description.name}': joints in robot.yaml are {list(description.joints)}, but "
-            f"from {description.base} to {description.tip} the URDF has {list(names)}"
-        )
-    still = {name for name, joint in urdf.joints.items() if joint.movable} - set(names)
-    if unknown := sorted(description.posture.keys() - still):
-        raise DescriptionError(
-            f"robot '{description.name}': posture names {unknown}, which are no movable joints "
-            f"outside the chain; those are {sorted(still)}"
-        )
-
-
-def _narrow(description: Description, names: tuple[str, ...], lower: Array, upper: Array) -> None:
-    """Apply the description's limits in place; they may only be narrower."""
-    for key, limit, wanted in (
-        ("lower", lower, description.lower),
-        ("upper", upper, description.upper),
-    ):
-        if wanted is None:
-            continue
-        if wanted.shape != limit.shape:
-            raise DescriptionError(
-                f"robot '{description.name}': {key} has {len(wanted)} numbers, expected one for "
-                f"each of {list(names)}"
-            )
-        wider = wanted < limit - 1e-9 if key == "lower" else wanted > limit + 1e-9
-        if wider.any():
-            k = int(np.argmax(wider))
-            raise DescriptionError(
-                f"robot '{description.name}': {key} limit {wanted[k]:g} of '{names[k]}' is wider "
-                f"than the URDF's {limit[k]:g}"
-            )
-        limit[:] = wanted
-    if (lower >= upper).any():
-        name = names[int(np.argmax(lower >= upper))]
-        raise DescriptionError(
-            f"robot '{description.name}': the lower limit of '{name}' is not below the upper"
-        )
-
-
-def _home(description: Description, lower: Array, upper: Array) -> Array:
-    """Idle configuration: the description's, else zero, or mid-range where zero is no choice."""
-    home = description.home
-    if home is None:
-        return np.where((lower <= 0.0) & (upper >= 0.0), 0.0, (lower + upper) / 2)
-    if home.shape != lower.shape or (home < lower - 1e-9).any() or (home > upper + 1e-9).any():
-        raise DescriptionError(
-            f"robot '{description.name}': home {home.tolist()} does not fit the limits "
-            f"{lower.tolist()} to {upper.tolist()}"
-        )
-    return np.clip(home, lower, upper)

@@ -17,6 +17,7 @@ from robots.errors import UrdfError
 from robots.meshes import resolve_mesh
 from robots.rotations import matrix_from_rpy
 from robots.urdf import JOINT_TYPES, MOVABLE, Inertial, Joint, Link, Mimic, Shape, Urdf
+from robots.urdf_checks import check_mimics, check_tree, has_xacro, xacro_error
 
 Array = NDArray[np.float64]
 
@@ -38,12 +39,12 @@ def read_urdf(path: str | Path) -> Urdf:
     joints = {joint.name: joint for joint in map(reader.joint, root.findall("joint"))}
     if len(links) < len(root.findall("link")) or len(joints) < len(root.findall("joint")):
         raise UrdfError(f"{path}: two links or two joints have the same name; names must differ")
-    _check_mimics(path, joints)
+    check_mimics(path, joints)
     return Urdf(
         name=root.get("name", path.stem),
         path=path,
         checksum=hashlib.sha256(text.encode()).hexdigest(),
-        root=_check_tree(path, links, joints),
+        root=check_tree(path, links, joints),
         links=links,
         joints=joints,
         notes=tuple(reader.notes),
@@ -72,80 +73,17 @@ def _parse_xml(path: Path, text: str) -> ElementTree.Element:
     except ElementTree.ParseError as error:
         # A macro without the declaration of its prefix is not even well-formed.
         if "<xacro:" in text:
-            raise _xacro_error(path) from None
+            raise xacro_error(path) from None
         raise UrdfError(f"{path}: not well-formed XML: {error}") from None
     except ValueError as error:
         raise UrdfError(f"{path}: not readable as XML: {error}") from None
     if root.tag != "robot":
         raise UrdfError(f"{path}: the outermost element is <{root.tag}>, expected <robot>")
-    if _has_xacro(root):
-        raise _xacro_error(path)
+    if has_xacro(root):
+        raise xacro_error(path)
     if root.find("link") is None:
         raise UrdfError(f"{path}: has no <link>, expected at least one")
     return root
-
-
-def _has_xacro(root: ElementTree.Element) -> bool:
-    """Whether macros are left where they matter: among links and joints, or inside them."""
-    if any("xacro" in child.tag for child in root):
-        return True
-    parts = [part for child in root if child.tag in ("link", "joint") for part in child.iter()]
-    return any("${" in value or "$(" in value for part in parts for value in part.attrib.values())
-
-
-def _xacro_error(path: Path) -> UrdfError:
-    return UrdfError(
-        f"{path}: has xacro macros left in it, so it is a source of a URDF and not a URDF; "
-        f"expand it first: xacro {path.name} > robot.urdf"
-    )
-
-
-def _check_mimics(path: Path, joints: dict[str, Joint]) -> None:
-    for joint in joints.values():
-        seen = [joint.name]
-        master = joint
-        while master.mimic is not None:
-            if master.mimic.joint not in joints:
-                raise UrdfError(
-                    f"{path}: joint '{master.name}' mimics '{master.mimic.joint}', which is no "
-                    f"joint of this file"
-                )
-            master = joints[master.mimic.joint]
-            if master.name in seen:
-                raise UrdfError(f"{path}: joints mimic in a circle: {' -> '.join(seen)}")
-            seen.append(master.name)
-
-
-def _check_tree(path: Path, links: dict[str, Link], joints: dict[str, Joint]) -> str:
-    """Return the root link of what must be one tree over all links."""
-    carrier: dict[str, str] = {}
-    for joint in joints.values():
-        for role, link in (("parent", joint.parent), ("child", joint.child)):
-            if link not in links:
-                raise UrdfError(
-                    f"{path}: joint '{joint.name}' has the {role} link '{link}', which the file "
-                    f"does not define"
-                )
-        if joint.child in carrier:
-            raise UrdfError(
-                f"{path}: link '{joint.child}' is the child of both '{carrier[joint.child]}' and "
-                f"'{joint.name}': a loop; a URDF must be a tree"
-            )
-        carrier[joint.child] = joint.name
-    for link in links:
-        seen = {link}
-        while link in carrier:
-            link = joints[carrier[link]].parent
-            if link in seen:
-                raise UrdfError(f"{path}: the joints form a loop through link '{link}'")
-            seen.add(link)
-    roots = [link for link in links if link not in carrier]
-    if len(roots) > 1:
-        raise UrdfError(
-            f"{path}: has {len(roots)} root links ({', '.join(roots[:5])}), expected one; connect "
-            f"the others by joints"
-        )
-    return roots[0]
 
 
 class _Reader:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots import Robot, available_robots, load_robot
+from robots import Robot, UrdfError, available_robots, load_robot
 from robots.contact import FREE, TOUCHING, UNSURE, contact
 from robots.rotations import matrix_from_quaternion, normalised
 from robots.shapes import BOX, CYLINDER, SPHERE
@@ -98,3 +98,29 @@ def test_pair_that_always_touches_is_found(tmp_path, two_link_urdf) -> None:  # 
     robot = load_robot(urdf=path, base="base", tip="tip")
     assert ("base", "forearm", "always") in robot.find_allowed_collisions()
     assert not robot.in_collision(robot.sample(100, collision_free=False)).any()
+
+
+def test_mesh_is_checked_exactly_and_a_broken_one_is_named(tmp_path, two_link_urdf) -> None:  # type: ignore[no-untyped-def]
+    # A tetrahedron in place of the post, its corner towards the arm.
+    corners = np.array([[0.1, 0, 0], [-0.1, 0.1, -0.2], [-0.1, -0.1, -0.2], [-0.1, 0, 0.2]])
+    faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    loops = "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join("vertex {} {} {}\n".format(*corners[i]) for i in face)
+        + "endloop\nendfacet\n"
+        for face in faces
+    )
+    (tmp_path / "post.stl").write_text(f"solid post\n{loops}endsolid post\n")
+    (tmp_path / "bad.stl").write_text("neither solid nor fluid")
+    for mesh in ("post.stl", "bad.stl"):
+        text = two_link_urdf.read_text()
+        text = text.replace('<cylinder radius="0.05" length="0.4"/>', f'<mesh filename="{mesh}"/>')
+        (tmp_path / f"{mesh}.urdf").write_text(text)
+    robot = load_robot(urdf=tmp_path / "post.stl.urdf", base="base", tip="tip")
+    joints = robot.sample(500, collision_free=False)
+    found = robot.in_collision(joints)
+    assert np.array_equal(found, robot.collision.exact.in_collision(joints))
+    assert 0 < found.sum() < 500
+    broken = load_robot(urdf=tmp_path / "bad.stl.urdf", base="base", tip="tip")
+    with pytest.raises(UrdfError, match="mesh"):
+        broken.in_collision([0.0, 0.0])
