@@ -119,6 +119,7 @@ class GripConfig:
 
     rotation: list[float] = MISSING  # deg, roll pitch yaw of the tip at yaw 0
     pivot: list[float] | None = None  # m
+    closing: float = MISSING  # deg
     tilts: list[float] = MISSING  # deg
     yaws: list[float] = MISSING  # deg
     release_yaws: list[float] = MISSING  # deg

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -48,7 +50,7 @@ class Scene:
         if robot.description.hand is None:
             raise GraspError(f"robot '{robot.name}' has no hand in its robot.yaml: it cannot grasp")
         self.robot, self.config, self.engine = robot, config, engine
-        self.client: Any = BulletClient(pybullet.GUI if gui else pybullet.DIRECT)
+        self.client: Any = _connect(gui)
         self.client.setGravity(0.0, 0.0, -GRAVITY)
         self.client.setPhysicsEngineParameter(
             fixedTimeStep=1.0 / engine.rate,
@@ -169,6 +171,21 @@ class Scene:
                 targetPosition=position,
                 force=efforts[index],
             )
+
+
+def _connect(gui: bool) -> Any:
+    """Start the engine; what its C++ prints to stdout while starting goes to stderr.
+
+    Stdout carries the result of a stage and nothing else.
+    """
+    sys.stdout.flush()
+    kept = os.dup(1)
+    try:
+        os.dup2(2, 1)
+        return BulletClient(pybullet.GUI if gui else pybullet.DIRECT)
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
 
 
 def inside(box: BinConfig, position: ArrayLike) -> bool:

@@ -76,7 +76,7 @@ def trial_setup(config: GraspConfig, robot: str, number: int, seed: int) -> Setu
     place = (area.x[0] + row * area.row_step, area.y[0] + share * (area.y[1] - area.y[0]))
     turn = draw.uniform(-180.0, 180.0)
     fixed = config.objects[name].yaw
-    yaw = turn if fixed is None else tip_yaw(scene, place) + fixed
+    yaw = turn if fixed is None else tip_yaw(scene, place) + scene.grip.closing + fixed
     angle = draw.uniform(0.0, 2.0 * np.pi)
     error = config.position_error * np.array([np.cos(angle), np.sin(angle)])
     return Setup(number, row, name, place, float(np.deg2rad(yaw)), error)

@@ -1,0 +1,124 @@
+"""Whole trials in the simulator: what is held is held by physics, and failures have reasons."""
+
+from dataclasses import replace
+
+import pybullet
+import pytest
+
+import baselines
+from pipeline.config import compose
+from pipeline.grasping import scene as scene_module
+from pipeline.grasping.trial import NOT_GRASPED, SLIPPED, SUCCESS, run_trial
+from robots import load_robot
+
+CONFIG = compose(["profile=smoke"]).grasp
+TIMES = ("wall_s", "approach_plan_ms", "lift_plan_ms", "transfer_plan_ms", "homeward_plan_ms")
+
+
+@pytest.fixture(scope="module")
+def panda():
+    robot = load_robot("panda")
+    return robot, baselines.load("lm", robot)
+
+
+def changed(scene=None, **values):
+    scenes = dict(CONFIG.scenes)
+    if scene is not None:
+        scenes["panda"] = scene
+    return replace(CONFIG, scenes=scenes, **values)
+
+
+def test_panda_succeeds_and_does_the_same_again(panda):
+    first, again = (run_trial(CONFIG, *panda, number=1, seed=0) for _ in range(2))
+    assert first["class"] == SUCCESS
+    assert first["contacts_lifted"] >= 2
+    assert first["approach_tip_error_mm"] < 1.0
+    assert {k: v for k, v in first.items() if k not in TIMES} == {
+        k: v for k, v in again.items() if k not in TIMES
+    }
+
+
+def test_nothing_is_glued_or_put_anywhere_once_the_world_runs(panda, monkeypatch):
+    running = []
+    forbidden = ("createConstraint", "resetBasePositionAndOrientation", "resetBaseVelocity")
+    late = ("resetJointState", "createMultiBody", "restoreState", "setCollisionFilterPair")
+
+    def refuse(name, only_late):
+        original = getattr(pybullet, name)
+
+        def call(*arguments, **keywords):
+            assert only_late and not running, f"{name} was called"
+            return original(*arguments, **keywords)
+
+        monkeypatch.setattr(pybullet, name, call)
+
+    for name in forbidden:
+        refuse(name, only_late=False)
+    for name in late:
+        refuse(name, only_late=True)
+    step = scene_module.Scene.step
+
+    def first_step(self):
+        running.append(True)
+        step(self)
+
+    monkeypatch.setattr(scene_module.Scene, "step", first_step)
+    assert run_trial(CONFIG, *panda, number=2, seed=0)["class"] == SUCCESS
+    assert len(running) > 1000
+
+
+def test_the_wrapper_would_notice(panda, monkeypatch):
+    def glue(*_, **__):
+        raise AssertionError("createConstraint was called")
+
+    monkeypatch.setattr(pybullet, "createConstraint", glue)
+    robot, _ = panda
+    with (
+        scene_module.Scene(robot, CONFIG.scenes["panda"], CONFIG.engine) as scene,
+        pytest.raises(AssertionError, match="createConstraint"),
+    ):
+        scene.client.createConstraint()
+
+
+def test_a_hand_that_never_closes_is_not_grasped(panda):
+    scene = CONFIG.scenes["panda"]
+    config = changed(replace(scene, hand=replace(scene.hand, tension=0.0)))
+    row = run_trial(config, *panda, number=1, seed=0)
+    assert row["class"] == NOT_GRASPED
+    assert row["reason"]
+
+
+def test_a_thing_out_of_reach_is_not_grasped(panda):
+    scene = CONFIG.scenes["panda"]
+    far = replace(scene, area=replace(scene.area, x=[1.4, 1.6]))
+    row = run_trial(changed(far), *panda, number=0, seed=0)
+    assert row["class"] == NOT_GRASPED
+    assert "out of reach" in row["reason"]
+
+
+def test_a_missing_bin_is_a_class_with_a_reason(panda):
+    scene = CONFIG.scenes["panda"]
+    row = run_trial(changed(replace(scene, bins={})), *panda, number=1, seed=0)
+    assert row["class"] == SLIPPED
+    assert "there is no right bin" in row["reason"]
+
+
+def test_a_thing_that_rolls_away_is_not_grasped(panda):
+    things = dict(CONFIG.objects)
+    scene = CONFIG.scenes["panda"]
+    slope = replace(scene, table=replace(scene.table, size=[0.1, 0.1, 0.04], centre=[0.0, 0.9]))
+    row = run_trial(changed(slope, objects=things), *panda, number=1, seed=0)
+    assert row["class"] == NOT_GRASPED
+
+
+def test_a_large_error_of_the_place_misses(panda):
+    row = run_trial(changed(position_error=0.12), *panda, number=1, seed=0)
+    assert row["class"] == NOT_GRASPED
+
+
+@pytest.mark.parametrize("robot", ["nico", "nicol"])
+def test_tendon_hands_hold_what_they_lift(robot):
+    loaded = load_robot(robot)
+    row = run_trial(CONFIG, loaded, baselines.load("lm", loaded), number=1, seed=0)
+    assert row["class"] == SUCCESS, row["reason"]
+    assert row["contacts_lifted"] >= 2

@@ -1,0 +1,62 @@
+import numpy as np
+import pytest
+
+from pipeline.config import compose
+from pipeline.errors import ConfigError
+from pipeline.grasping.config import MOTIONS
+from robots import load_robot
+
+GRASP = compose(["profile=smoke"]).grasp
+
+
+def test_every_scene_is_of_a_robot_with_a_hand_and_of_known_things():
+    for name, scene in GRASP.scenes.items():
+        assert load_robot(name).description.hand is not None
+        assert set(scene.objects) <= set(GRASP.objects)
+        assert set(scene.bins) == {"left", "right"}
+
+
+def test_motions_are_the_four_of_the_primitive():
+    assert set(GRASP.motions) == set(MOTIONS)
+
+
+@pytest.mark.parametrize(
+    ("robot", "width", "depth", "row"), [("nico", 0.4, 0.1, 0.02), ("nicol", 0.8, 0.3, 0.05)]
+)
+def test_action_areas_are_the_papers(robot, width, depth, row):
+    area = GRASP.scenes[robot].area
+    assert np.isclose(area.y[1] - area.y[0], width)
+    assert np.isclose(area.x[1] - area.x[0], depth)
+    assert area.row_step == row
+
+
+def test_bins_do_not_stand_in_the_action_area():
+    for scene in GRASP.scenes.values():
+        left, right = scene.bins["left"], scene.bins["right"]
+        assert left.centre[1] - left.size[1] / 2 > scene.area.y[1]
+        assert right.centre[1] + right.size[1] / 2 < scene.area.y[0]
+
+
+def test_the_hand_lets_go_within_the_bin():
+    for scene in GRASP.scenes.values():
+        for box in scene.bins.values():
+            drop = np.array(box.drop or box.centre)
+            assert (np.abs(drop - box.centre) < np.array(box.size[:2]) / 2 - box.wall).all()
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("grasp.trials=0", "grasp.trials"),
+        ("grasp.position_error=-0.01", "grasp.position_error"),
+        ("grasp.video=sometimes", "grasp.video"),
+        ("grasp.engine.rate=10", "grasp.engine.rate"),
+        ("grasp.scenes.nico.objects=[rock]", "rock"),
+        ("grasp.scenes.panda.hand.tension=-1", "tension"),
+        ("grasp.timing.speed=1.5", "timing.speed"),
+        ("grasp.objects.pear.mass=0", "mass"),
+    ],
+)
+def test_what_cannot_be_is_refused(override, said):
+    with pytest.raises(ConfigError, match=said):
+        compose(["profile=smoke", override])
