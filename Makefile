@@ -37,7 +37,7 @@ slow: environment
 	pytest -m slow
 
 smoke: environment
-	python -m pipeline all profile=smoke
+	python -m pipeline all profile=smoke robots=[panda,nico]
 
 clean:
 	rm -rf results/smoke results/quick .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -6,7 +6,11 @@
 >>> solution = solver.solve(poses)  # poses (N, 7)
 """
 
-from baselines.errors import (
+from robots.compiled_cache import use_own_folder
+
+use_own_folder("baselines", "robots")  # before the imports below declare compiled functions
+
+from baselines.errors import (  # noqa: E402
     BudgetError,
     InitialError,
     PoseError,
@@ -15,8 +19,8 @@ from baselines.errors import (
     SolverError,
     UnknownSolverError,
 )
-from baselines.protocol import Budget, QuerySolver, Solution, Solver
-from baselines.registry import load, names, skip
+from baselines.protocol import Budget, QuerySolver, Solution, Solver  # noqa: E402
+from baselines.registry import load, names, skip  # noqa: E402
 
 __all__ = [
     "Budget",

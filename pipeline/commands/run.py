@@ -46,15 +46,15 @@ def everything(arguments: list[str]) -> int:
         print("python -m pipeline all [robots=[panda,nico]] [profile=smoke] [key=value ...]")
         return 0
     _refuse_flags(arguments)
-    robots = yaml.safe_load((CONF_DIR / "bench.yaml").read_text(encoding="utf-8"))
-    lists = {key: robots[key] for key in ("robots", "tune_robots", "grasp_robots")}
+    bench = yaml.safe_load((CONF_DIR / "bench.yaml").read_text(encoding="utf-8"))
+    lists = {key: bench[key] for key in ("robots", "tune_robots", "grasp_robots")}
     chosen = [argument for argument in arguments if argument.startswith("robots=")]
     overrides = [argument for argument in arguments if not argument.startswith("robots=")]
     if chosen:
-        lists = dict.fromkeys(lists, _robot_list(chosen[-1]))
+        lists["robots"] = _robot_list(chosen[-1])
     for robot in lists["robots"]:
         for name in PER_ROBOT:
-            if robot in lists.get(f"{name}_robots", lists["robots"]):
+            if robot in lists.get(f"{name}_robots", [robot]):
                 _run(name, compose([*overrides, f"robot={robot}"]))
     _run("report", compose(overrides))
     return 0
