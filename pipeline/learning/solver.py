@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import torch
@@ -15,6 +15,20 @@ from pipeline.learning.weights import load_network
 from robots import Robot, rotations
 
 NOT_PRECISE = "outside the tolerance"
+
+
+class Hypotheses(NamedTuple):
+    """Answers of a network with K heads to N poses, best first, with their errors.
+
+    Attributes:
+        joints: (N, K, dof) rad or m, inside the limits.
+        position_mm: (N, K) Euclidean position errors.
+        rotation_deg: (N, K) geodesic rotation errors.
+    """
+
+    joints: NDArray[np.float64]
+    position_mm: NDArray[np.float64]
+    rotation_deg: NDArray[np.float64]
 
 
 class CycleIk(Solver):
@@ -47,30 +61,35 @@ class CycleIk(Solver):
         self.rotation_tolerance_deg = rotation_tolerance_deg
         self.threads = threads
 
+    def hypotheses(self, poses: NDArray[np.float64]) -> Hypotheses:
+        """Return the network's answers to poses (N, 7), best first."""
+        if self.threads:
+            torch.set_num_threads(self.threads)
+        with torch.inference_mode():
+            output = self.network(torch.as_tensor(poses, dtype=torch.float32))
+        joints = np.clip(output.numpy().astype(np.float64), self.lower, self.upper)
+        position, rotation = self._errors(joints, poses)
+        in_tolerances = (
+            position / self.position_tolerance_mm + rotation / self.rotation_tolerance_deg
+        )
+        order = np.argsort(in_tolerances, axis=1, kind="stable")
+        rows = np.arange(len(poses))[:, None]
+        return Hypotheses(joints[rows, order], position[rows, order], rotation[rows, order])
+
     def _solve_batch(
         self,
         poses: NDArray[np.float64],
         initial: NDArray[np.float64],
         budget: Budget | None,
     ) -> Solution:
-        if self.threads:
-            torch.set_num_threads(self.threads)
         start = time.perf_counter()
-        with torch.inference_mode():
-            output = self.network(torch.as_tensor(poses, dtype=torch.float32))
-        hypotheses = np.clip(output.numpy().astype(np.float64), self.lower, self.upper)
-        position, rotation = self._errors(hypotheses, poses)
-        best = (
-            position * self.rotation_tolerance_deg + rotation * self.position_tolerance_mm
-        ).argmin(1)
-        rows = np.arange(len(poses))
-        joints = hypotheses[rows, best]
-        found = (position[rows, best] <= self.position_tolerance_mm) & (
-            rotation[rows, best] <= self.rotation_tolerance_deg
+        answers = self.hypotheses(poses)
+        found = (answers.position_mm[:, 0] <= self.position_tolerance_mm) & (
+            answers.rotation_deg[:, 0] <= self.rotation_tolerance_deg
         )
         seconds = time.perf_counter() - start
         return Solution(
-            joints=joints,
+            joints=answers.joints[:, 0],
             found=found,
             time_s=np.full(len(poses), seconds / len(poses)),
             iterations=np.ones(len(poses), dtype=np.int64),

@@ -1,0 +1,79 @@
+"""Refined CycleIK: the network's hypotheses as seeds of the compiled Levenberg-Marquardt kernel."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import baselines
+from baselines import Budget, Solution
+from baselines.checks import check_initial, check_poses
+from baselines.lm import LevenbergMarquardt
+from baselines.refine import refine
+from pipeline.learning.solver import CycleIk
+from robots import Robot
+
+
+class CycleIkRefined(CycleIk):
+    """The best hypotheses first, each refined to the tolerances of `lm`, then random restarts.
+
+    An initial guess that is given comes before the hypotheses, so that a motion stays on its branch
+    of solutions; without one the network's best hypothesis is the first seed.
+
+    Args:
+        robot: The robot it solves for.
+        weights: Folder of weights.safetensors and card.json.
+        hypotheses: Hypotheses tried before random configurations.
+        threads: Threads of the network and of the kernel; 0 leaves torch as it is, and takes all of
+            numba's.
+        time_s: Wall-clock budget per pose of the refinement where `solve` gets none [s].
+        iterations: Iteration budget per pose where `solve` gets none.
+        **tolerances: Tolerances of the network, see `CycleIk`.
+    """
+
+    budgets: ClassVar[frozenset[str]] = frozenset({"time_s", "iterations"})
+
+    def __init__(
+        self,
+        robot: Robot,
+        weights: str,
+        hypotheses: int,
+        threads: int,
+        time_s: float | None,
+        iterations: int | None,
+        **tolerances: Any,
+    ) -> None:
+        super().__init__(robot, weights, threads=threads, **tolerances)
+        self.tried = hypotheses
+        kernel = baselines.load("lm", robot, time_s=time_s, iterations=iterations)
+        assert isinstance(kernel, LevenbergMarquardt)
+        self.kernel = kernel
+        self.budget = kernel.budget
+
+    def solve(
+        self, poses: ArrayLike, initial: ArrayLike | None = None, budget: Budget | None = None
+    ) -> Solution:
+        """See `baselines.Solver.solve`."""
+        targets = check_poses(poses)
+        chosen = self.budget if budget is None else self._heeded(budget)
+        if len(targets) == 0:
+            return Solution.empty(0, self.robot.dof)
+        if initial is None:
+            return self._refined(targets, np.empty((len(targets), 0, self.robot.dof)), chosen)
+        home = np.asarray(self.robot.home)
+        first = check_initial(initial, len(targets), home, self.lower, self.upper)
+        return self._refined(targets, first[:, None], chosen)
+
+    def _refined(
+        self, poses: NDArray[np.float64], first: NDArray[np.float64], budget: Budget | None
+    ) -> Solution:
+        start = time.perf_counter()
+        answers = self.hypotheses(poses).joints[:, : self.tried]
+        network_s = (time.perf_counter() - start) / len(poses)
+        seeds = np.concatenate((first, answers), axis=1)
+        refined = refine(self.robot, poses, seeds, self.kernel.options(budget), self.threads)
+        refined.time_s[:] += network_s
+        return refined.solution()

@@ -1,0 +1,90 @@
+"""What every solver must do, for those that need trained weights."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+import baselines
+from baselines import Budget, PoseError, SolverError
+from baselines.registry import settings
+from pipeline.config import compose, to_dict
+from pipeline.learning.networks import build_network
+from pipeline.learning.weights import chain_facts, save_weights
+from pipeline.solvers import is_neural, load_solver
+from robots import Robot, load_robot, rotations
+
+NEURAL = [name for name in baselines.names() if is_neural(name)]
+
+
+@pytest.fixture(scope="module", params=["nico", "panda"])
+def robot(request: pytest.FixtureRequest) -> Robot:
+    return load_robot(request.param)
+
+
+@pytest.fixture(scope="module")
+def weights(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Untrained weights: the contract does not ask for precision."""
+    folder = tmp_path_factory.mktemp("weights")
+    config = compose(["model=compact", "model.hidden=[32]", "model.width=16"])
+    torch.manual_seed(0)
+    card = {**chain_facts(robot), "config": {"model": to_dict(config.model)}}
+    save_weights(folder, build_network(robot, config.model), card)
+    return folder
+
+
+@pytest.mark.parametrize("name", NEURAL)
+def test_the_contract_of_a_solver(name: str, robot: Robot, weights: Path) -> None:
+    solver = load_solver(name, robot, weights)
+    poses = robot.forward_kinematics(robot.sample(40, seed=2))
+    solution = solver.solve(poses)
+    assert solution.joints.shape == (40, robot.dof)
+    assert (solution.joints >= robot.lower).all()
+    assert (solution.joints <= robot.upper).all()
+    assert (solution.time_s > 0).all()
+    assert all(
+        (reason == "") == good for reason, good in zip(solution.reason, solution.found, strict=True)
+    )
+    again = solver.solve(poses)
+    np.testing.assert_array_equal(solution.joints, again.joints)
+    negated = poses.copy()
+    negated[:, 3:] *= -1
+    assert solver.solve(negated).found.tolist() == solution.found.tolist()
+    assert len(solver.solve(np.empty((0, 7)))) == 0
+    with pytest.raises(PoseError):
+        solver.solve(np.full((1, 7), np.nan))
+    with pytest.raises(PoseError, match="unit"):
+        solver.solve(poses * 2)
+
+
+def test_refinement_reaches_the_tolerance_from_an_untrained_network(
+    robot: Robot, weights: Path
+) -> None:
+    solver = load_solver("cycleik_refined", robot, weights)
+    joints = robot.sample(100, seed=3)
+    poses = robot.forward_kinematics(joints)
+    solution = solver.solve(poses)
+    reached = robot.forward_kinematics(solution.joints)
+    assert solution.found.all()
+    assert np.linalg.norm(reached[:, :3] - poses[:, :3], axis=1).max() < 1e-4
+    assert rotations.rotation_angle(reached[:, 3:], poses[:, 3:]).max() < 1e-4
+    near = solver.solve(poses, initial=joints)
+    assert np.abs(near.joints - joints).max() < 1e-6, "an initial guess is the first seed"
+    assert near.iterations.max() <= 1
+    far = robot.forward_kinematics(joints)
+    far[:, 0] += 5.0
+    missed = solver.solve(far, budget=Budget(iterations=30))
+    assert not missed.found.any()
+    assert missed.iterations.max() <= 30
+
+
+def test_a_neural_solver_without_weights_says_how_to_train(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipeline.solvers.RESULTS", Path("nowhere"))
+    with pytest.raises(ValueError, match="pipeline train robot=fetch"):
+        load_solver("cycleik", load_robot("fetch"))
+    with pytest.raises(SolverError, match="did you mean 'cycleik'"):
+        load_solver("cycleikk", load_robot("fetch"))
+    assert settings("cycleik")["weights"] == ""
