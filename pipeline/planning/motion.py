@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pipeline.planning.bezier import bezier_curve, path_parameter
-from pipeline.planning.continuity import branch_flips, joint_steps, repair_jumps
+from pipeline.planning.continuity import (
+    branch_flips,
+    continuous_path,
+    joint_steps,
+    repair_jumps,
+)
 from pipeline.planning.rotation import angle_between, slerp, spherical_bezier
 
 if TYPE_CHECKING:
@@ -106,8 +111,8 @@ def plan_motion(
         control_points: Inner control points, base frame [m], shape (n, 3).
         steps: Number of poses, both ends included, at least 2.
         control_rotations: Inner key rotations, unit quaternions, shape (m, 4).
-        repair: Solver that mends missed waypoints and branch flips from the neighbouring waypoint,
-            one at a time; none leaves them as the query gave them.
+        repair: Solver that mends branch flips, by another branch for the whole path or else from
+            the neighbouring waypoint; none leaves them as the query gave them.
 
     Returns:
         The motion; an unreachable path is one too, with `found` false where the solver says so.
@@ -129,9 +134,25 @@ def plan_motion(
     for i, known in given.items():
         if known is not None:
             joints[i], found[i] = known, True
-    if repair is not None:
-        joints, found = repair_jumps(robot, repair, joints, poses, found)
+    if repair is not None and not (found.all() and not branch_flips(robot, joints, poses).any()):
+        joints, found = _repaired(robot, repair, joints, poses, found, given)
     return _judged(robot, poses, joints, found, time.perf_counter() - begin)
+
+
+def _repaired(
+    robot: Robot,
+    solver: Solver,
+    joints: Array,
+    poses: Array,
+    found: NDArray[np.bool_],
+    given: dict[int, Array | None],
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Another branch for the whole path if there is one, else neighbour by neighbour."""
+    if given[-1] is None and found.all():
+        path = continuous_path(robot, solver, poses, given[0])
+        if path is not None:
+            return path, found
+    return repair_jumps(robot, solver, joints, poses, found)
 
 
 def _straight_way(first: Array, last: Array, steps: int) -> Array:

@@ -19,6 +19,9 @@ class PlanarArm:
     name, dof = "planar", 2
     home = np.array([0.3, 0.8])
 
+    def sample(self, n, seed=0, collision_free=True):
+        return np.random.default_rng(seed).uniform(-np.pi, np.pi, size=(n, 2))
+
     def forward_kinematics(self, joints):
         q = np.atleast_2d(joints)
         total = q.sum(axis=1)
@@ -72,6 +75,40 @@ def test_a_flip_is_counted_and_then_repaired_by_the_neighbour():
     mended = plan_motion(ROBOT, Elbow(flip_from=20), START, TARGET, repair=Elbow())
     assert mended.flips == 0
     assert mended.tip_error_mm.max() < 1e-9
+
+
+class BlockedElbow(Elbow):
+    """Keeps the branch of its seed, and loses the elbow-up branch half way."""
+
+    def solve(self, poses, initial=None, budget=None):
+        up = super().solve(poses)
+        down = Mirror().solve(poses)
+        prefers_down = np.broadcast_to(np.atleast_2d(initial)[:, 1] < 0, len(poses))
+        joints = np.where(prefers_down[:, None], down.joints, up.joints)
+        lost = ~prefers_down & (poses[:, 1] > 0.4)
+        joints[lost] = down.joints[lost]
+        return SimpleNamespace(joints=joints, found=up.found)
+
+
+class Mirror(Elbow):
+    """The other branch throughout."""
+
+    def __init__(self):
+        super().__init__(flip_from=0)
+
+
+def test_another_branch_is_found_where_the_first_one_ends():
+    assert plan_motion(ROBOT, BlockedElbow(), START, TARGET).flips == 1
+    mended = plan_motion(ROBOT, BlockedElbow(), START, TARGET, repair=BlockedElbow())
+    assert mended.flips == 0
+    assert (mended.joints[:, 1] < 0).all()
+    assert mended.tip_error_mm.max() < 1e-9
+
+
+def test_a_branch_that_must_be_left_is_reported():
+    start = Elbow().solve(START[None]).joints[0]
+    motion = plan_motion(ROBOT, BlockedElbow(), start, TARGET, repair=BlockedElbow())
+    assert motion.flips == 1
 
 
 def test_a_wide_step_along_the_path_is_no_flip():
