@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from pipeline.grasping.config import SceneConfig
-from pipeline.planning.rotation import angle_between
+from robots.rotations import rotation_angle
 
 if TYPE_CHECKING:
     from baselines import Solver
@@ -117,4 +117,4 @@ def _tip_error(robot: Robot, joints: Array, poses: Array) -> Array:
     """Distance of the tip from its pose [m]; an angle counts like a way at the fingertips."""
     reached = robot.forward_kinematics(joints)
     distance = np.linalg.norm(reached[:, :3] - poses[:, :3], axis=1)
-    return distance + HAND_LENGTH * angle_between(reached[:, 3:], poses[:, 3:])
+    return distance + HAND_LENGTH * rotation_angle(reached[:, 3:], poses[:, 3:])

@@ -168,7 +168,7 @@ class Primitive:
         self.move("lift", chosen.lifted)
         self._count_touching()
         risen = scene.thing_position()[2] - rest
-        self.report.lifted = risen > self.config.lifted and self.report.touching[-1] > 0
+        self.report.lifted = bool(risen > self.config.lifted and self.report.touching[-1] > 0)
 
     def _deposit(self, place: Array) -> None:
         """Carry the thing over the bin on its side, let go, and see where it comes to rest."""

@@ -3,13 +3,12 @@
 from pipeline.planning.bezier import bezier_curve, bezier_derivative, path_parameter
 from pipeline.planning.control import control_points
 from pipeline.planning.motion import Motion, plan_motion, tip_path
-from pipeline.planning.rotation import angle_between, slerp, spherical_bezier
+from pipeline.planning.rotation import slerp, spherical_bezier
 from pipeline.planning.timing import Trajectory, time_scale
 
 __all__ = [
     "Motion",
     "Trajectory",
-    "angle_between",
     "bezier_curve",
     "bezier_derivative",
     "control_points",

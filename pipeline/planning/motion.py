@@ -16,7 +16,8 @@ from pipeline.planning.continuity import (
     joint_steps,
     repair_jumps,
 )
-from pipeline.planning.rotation import angle_between, slerp, spherical_bezier
+from pipeline.planning.rotation import slerp, spherical_bezier
+from robots.rotations import rotation_angle
 
 if TYPE_CHECKING:
     from baselines import Solver
@@ -200,7 +201,7 @@ def _judged(
         found=found,
         time_s=seconds,
         tip_error_mm=1e3 * np.linalg.norm(reached[:, :3] - poses[:, :3], axis=1),
-        tip_error_deg=np.rad2deg(angle_between(reached[:, 3:], poses[:, 3:])),
+        tip_error_deg=np.rad2deg(rotation_angle(reached[:, 3:], poses[:, 3:])),
         largest_step=float(joint_steps(joints).max()),
         flips=int(branch_flips(robot, joints, poses).sum()),
     )

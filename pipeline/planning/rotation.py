@@ -62,24 +62,6 @@ def spherical_bezier(keys: ArrayLike, k: ArrayLike) -> Array:
     return _de_casteljau(control, parameter - segment)
 
 
-def angle_between(first: ArrayLike, second: ArrayLike) -> Array:
-    """Angle of the rotation that takes one orientation to another.
-
-    From the chord rather than the arc cosine, which loses half its digits at small angles.
-
-    Args:
-        first: Unit quaternions, shape (..., 4).
-        second: Unit quaternions, shape (..., 4).
-
-    Returns:
-        Angles in [0, pi] [rad], shape (...).
-    """
-    one, other = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
-    apart = np.linalg.norm(one - other, axis=-1)
-    together = np.linalg.norm(one + other, axis=-1)
-    return 4.0 * np.arctan2(np.minimum(apart, together), np.maximum(apart, together))
-
-
 def _arc(first: Array, second: Array, k: Array) -> Array:
     """Point at share k of the arc from first to second, which must be less than a half circle."""
     apart = np.linalg.norm(first - second, axis=-1)

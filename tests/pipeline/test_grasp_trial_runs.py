@@ -1,5 +1,6 @@
 """Whole trials in the simulator: what is held is held by physics, and failures have reasons."""
 
+import json
 from dataclasses import replace
 
 import pybullet
@@ -86,6 +87,7 @@ def test_a_hand_that_never_closes_is_not_grasped(panda):
     row = run_trial(config, *panda, number=1, seed=0)
     assert row["class"] == NOT_GRASPED
     assert row["reason"]
+    json.dumps(row)  # rows of trials are kept as JSON lines, so nothing in them may be NumPy's
 
 
 def test_a_thing_out_of_reach_is_not_grasped(panda):
@@ -103,11 +105,10 @@ def test_a_missing_bin_is_a_class_with_a_reason(panda):
     assert "there is no right bin" in row["reason"]
 
 
-def test_a_thing_that_rolls_away_is_not_grasped(panda):
-    things = dict(CONFIG.objects)
+def test_a_thing_that_falls_off_before_it_is_reached_is_not_grasped(panda):
     scene = CONFIG.scenes["panda"]
-    slope = replace(scene, table=replace(scene.table, size=[0.1, 0.1, 0.04], centre=[0.0, 0.9]))
-    row = run_trial(changed(slope, objects=things), *panda, number=1, seed=0)
+    elsewhere = replace(scene, table=replace(scene.table, size=[0.1, 0.1, 0.04], centre=[0.0, 0.9]))
+    row = run_trial(changed(elsewhere), *panda, number=1, seed=0)
     assert row["class"] == NOT_GRASPED
 
 

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,17 +48,29 @@ def test_the_hand_lets_go_within_the_bin():
 
 @pytest.mark.parametrize(
     ("override", "said"),
-    [
-        ("grasp.trials=0", "grasp.trials"),
-        ("grasp.position_error=-0.01", "grasp.position_error"),
-        ("grasp.video=sometimes", "grasp.video"),
-        ("grasp.engine.rate=10", "grasp.engine.rate"),
-        ("grasp.scenes.nico.objects=[rock]", "rock"),
-        ("grasp.scenes.panda.hand.tension=-1", "tension"),
-        ("grasp.timing.speed=1.5", "timing.speed"),
-        ("grasp.objects.pear.mass=0", "mass"),
-    ],
+    [("grasp.trials=0", "grasp.trials"), ("grasp.scenes.nico.objects=[rock]", "rock")],
 )
-def test_what_cannot_be_is_refused(override, said):
+def test_what_cannot_be_is_refused_at_the_command_line(override, said):
     with pytest.raises(ConfigError, match=said):
         compose(["profile=smoke", override])
+
+
+@pytest.mark.parametrize(
+    ("part", "change", "said"),
+    [
+        (GRASP, {"position_error": -0.01}, "grasp.position_error"),
+        (GRASP, {"video": "sometimes"}, "grasp.video"),
+        (GRASP, {"motions": {}}, "grasp.motions"),
+        (GRASP.engine, {"rate": 10.0}, "grasp.engine.rate"),
+        (GRASP.timing, {"speed": 1.5}, "timing.speed"),
+        (GRASP.timing, {"swing": 0.0}, "timing.swing"),
+        (GRASP.objects["pear"], {"mass": 0.0}, "mass"),
+        (GRASP.objects["tomato"], {"damping": None}, "both, or neither"),
+        (GRASP.objects["tomato"].parts[0], {"size": [0.1, 0.1]}, "1 numbers"),
+        (GRASP.scenes["panda"].hand, {"tension": -1.0}, "tension"),
+        (GRASP.scenes["panda"].bins["left"], {"wall": 0.5}, "wall"),
+    ],
+)
+def test_what_cannot_be_is_refused(part, change, said):
+    with pytest.raises(ValueError, match=said):
+        replace(part, **change)

@@ -1,0 +1,1 @@
+"""Physical grasping in simulation: scenes, hands, the grasping primitive, trials and films."""
