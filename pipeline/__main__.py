@@ -47,6 +47,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return INTERRUPTED
     except BrokenPipeError:
         return 0
+    except OSError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return BAD_INPUT
     except (ValueError, ImportError) as error:
         if not _is_ours(error):
             raise

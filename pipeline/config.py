@@ -9,6 +9,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, cast
 
+import yaml
 from hydra import compose as hydra_compose
 from hydra import initialize_config_dir
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -97,6 +98,10 @@ def _compose_raw(overrides: Sequence[str]) -> DictConfig:
     try:
         with initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
             return hydra_compose(config_name="config", overrides=list(overrides))
+    except yaml.YAMLError as error:
+        raise ConfigError(
+            f"a file under conf/ is not YAML: {' '.join(str(error).split())}"
+        ) from error
     except (HydraException, OmegaConfBaseException) as error:
         raise ConfigError(_first_line(error)) from error
 
