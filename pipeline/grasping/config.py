@@ -146,11 +146,13 @@ class HandConfig:
     stall_speed: float = MISSING  # rad/s or m/s
     stall_s: float = MISSING  # s
     open_s: float = MISSING  # s
+    shake: float = MISSING  # rad
 
     def __post_init__(self) -> None:
         """Refuse hands that push."""
         at_least("grasp.scenes: hand.tension", self.tension, 0)
         at_least("grasp.scenes: hand.speed", self.speed, 0)
+        at_least("grasp.scenes: hand.shake", self.shake, 0)
 
 
 @dataclass

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 HAND_LENGTH = 0.1  # m from wrist to fingertip, turns an angle into a distance
+ERROR_WEIGHT = 50.0  # rad of joint travel that a metre of tip error weighs
 LIFT_WEIGHT = 3.0  # of the joints' way during the lift, which a change of branch makes long
 
 
@@ -93,8 +94,8 @@ def reach(
         lift: Height above the place that must be reached too [m].
 
     Returns:
-        The candidate within the tolerance that costs least joint travel and turning from the first
-        one [rad]; the most exact one if none is within it.
+        The candidate within the tolerance that costs least joint travel, turning from the first
+        one and tip error; the most exact one if none is within it.
     """
     turns = np.array([(yaw, tilt) for yaw in yaws for tilt in scene.grip.tilts])
     poses = np.array([tip_pose(scene, place, yaw, tilt) for yaw, tilt in turns])
@@ -108,6 +109,7 @@ def reach(
     error = np.maximum(_tip_error(robot, joints, poses), _tip_error(robot, above, lifted))
     cost = np.abs(joints - near).max(axis=1) + LIFT_WEIGHT * np.abs(above - joints).max(axis=1)
     cost += np.tile(np.deg2rad(np.abs(turns - turns[0]).sum(axis=1)), 2)
+    cost += ERROR_WEIGHT * error
     within = error < scene.grip.tolerance
     best = int(np.argmin(np.where(within, cost, np.inf) if within.any() else error))
     return Reach(poses[best], joints[best], above[best], float(error[best]))

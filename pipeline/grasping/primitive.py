@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 RESTING_SPEED = 0.02  # m/s below which a thing counts as lying still
 
 
+SHAKES = 4  # times the hand is shaken at most
 SWING_STEPS = 20  # waypoints of a motion from joints to joints
 
 
@@ -45,6 +46,7 @@ class Report:
         lifted: Whether the thing was off the table and in the hand after the lift.
         kept: Whether it was still in the hand over the bin.
         released: Whether the hand was opened over the bin.
+        clinging: Whether it stuck to the open hand all the same.
         bin: Bin that it lies in at the end.
         swung: Motions whose path could not be followed, so that the arm swung round by joints.
         stopped: Why the attempt ended early; empty if it did not.
@@ -59,6 +61,7 @@ class Report:
     lifted: bool = False
     kept: bool = False
     released: bool = False
+    clinging: bool = False
     bin: str | None = None
     swung: list[str] = field(default_factory=list)
     stopped: str = ""
@@ -186,7 +189,9 @@ class Primitive:
         scene.hand.let_go()
         self.report.released = True
         scene.wait(scene.config.hand.open_s)
+        self._shake_off()
         self._wait_for_rest()
+        self.report.clinging = bool(scene.hand.touching(scene.thing))
         self.report.bin = scene.bin_of_thing()
 
     def _get_ready(self) -> None:
@@ -238,6 +243,21 @@ class Primitive:
             scene.step()
             still = still + 1.0 / scene.engine.rate if scene.hand.speed() < hand.stall_speed else 0
         self.report.closing_s = scene.time_s - begin
+
+    def _shake_off(self) -> None:
+        """Knead and shake the hand while the thing sticks between its open fingers."""
+        sway = np.zeros(self.robot.dof)
+        sway[-2:] = self.scene.config.hand.shake
+        middle = np.clip(self.target, self.robot.lower + sway, self.robot.upper - sway)
+        for _ in range(SHAKES):
+            if not self.scene.hand.touching(self.scene.thing):
+                return
+            self.scene.hand.close()
+            self.scene.wait(0.5 * self.scene.config.hand.open_s)
+            self.scene.hand.let_go()
+            self.scene.wait(self.scene.config.hand.open_s)
+            waypoints = [self.target, middle + sway, middle - sway, middle + sway, self.target]
+            self._follow(np.array(waypoints), self.config.timing.swing)
 
     def _wait_for_rest(self) -> None:
         """Wait until the dropped thing lies still, for as long as it would take to settle twice."""

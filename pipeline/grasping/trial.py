@@ -174,6 +174,8 @@ def classify(report: Report) -> tuple[str, str]:
             return SUCCESS, f"in the {report.bin} bin"
         if report.stopped:
             return SLIPPED, report.stopped
+        if report.clinging:
+            return SLIPPED, "stuck to the open hand"
         return SLIPPED, "beside the bin" if report.kept else "lost on the way to the bin"
     if report.stopped:
         return NOT_GRASPED, report.stopped

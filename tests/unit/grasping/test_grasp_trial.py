@@ -75,6 +75,7 @@ def test_the_tip_keeps_off_the_table_and_turns_with_the_place():
         (Report(lifted=True, bin="left", kept=True), SUCCESS, "left bin"),
         (Report(lifted=True, kept=True), SLIPPED, "beside the bin"),
         (Report(lifted=True), SLIPPED, "on the way"),
+        (Report(lifted=True, kept=True, clinging=True), SLIPPED, "stuck to the open hand"),
         (Report(lifted=True, stopped="there is no left bin"), SLIPPED, "no left bin"),
         (Report(stopped="out of reach: best tip error 90 mm"), NOT_GRASPED, "out of reach"),
         (Report(pushed=0.08, touching=[0, 0]), NOT_GRASPED, "moved 80 mm"),
