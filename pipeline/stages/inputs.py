@@ -6,19 +6,19 @@ that was made with other values is never replaced behind the user's back.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from omegaconf import OmegaConf
 
 from baselines import Solver
 from pipeline.artifacts import Artifacts
-from pipeline.config import to_dict
 from pipeline.data.dataset import CARD, DatasetError, card_config
 from pipeline.errors import ConfigError, choices
 from pipeline.learning.weights import CARD as WEIGHTS_CARD
 from pipeline.progress import LOGGER
 from pipeline.provenance import ROOT
-from pipeline.settings import Config, ModelConfig, TrainConfig
+from pipeline.settings import Config
 from pipeline.solvers import is_neural, load_solver
 from pipeline.stages import run_stage
 from robots import Robot, available_robots, load_robot
@@ -80,8 +80,7 @@ def dataset_facts(config: Config) -> dict[str, object]:
 def weights_of(config: Config) -> Path:
     """Return the folder of the robot's trained weights and train them where there are none."""
     folders = artifacts(config)
-    _, model = trained_with(config)
-    own = folders.train(config.robot.name, model.name)
+    own = folders.train(config.robot.name, trained_config(config).model.name)
     found = folders.find(own.relative_to(folders.root) / WEIGHTS_CARD)
     if found is None:
         LOGGER.info("there are no weights of %s yet: training first", config.robot.name)
@@ -95,14 +94,16 @@ def solver_of(name: str, robot: Robot, config: Config) -> Solver:
     return load_solver(name, robot, weights_of(config) if is_neural(name) else None)
 
 
-def trained_with(config: Config) -> tuple[TrainConfig, ModelConfig]:
-    """Return training and architecture: the run's own, or those that the search found.
+def trained_config(config: Config) -> Config:
+    """Return the run's configuration with training and architecture as they will be used.
+
+    That is the run's own, or with `train.from=best` what the search found.
 
     Raises:
         MissingArtifactError: `train.from=best` before there was a search.
     """
     if config.train.source == "default":
-        return config.train, config.model
+        return config
     folders = artifacts(config)
     path = folders.need(
         folders.tune(config.robot.name) / "best.yaml",
@@ -110,5 +111,5 @@ def trained_with(config: Config) -> tuple[TrainConfig, ModelConfig]:
     )
     best = OmegaConf.to_container(OmegaConf.load(path))
     assert isinstance(best, dict)
-    train = TrainConfig(**{**to_dict(config.train), **best["train"]})
-    return train, ModelConfig(**{**to_dict(config.model), **best["model"], "name": "best"})
+    train = replace(config.train, **best["train"])
+    return replace(config, train=train, model=replace(config.model, name="best", **best["model"]))

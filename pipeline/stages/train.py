@@ -14,50 +14,57 @@ from pipeline.artifacts import exclusive
 from pipeline.config import to_dict
 from pipeline.data.dataset import CARD, read_split
 from pipeline.data.files import read_json, write_json, write_text
+from pipeline.learning.checkpoint import Progress
 from pipeline.learning.networks import build_network, parameter_count
 from pipeline.learning.trainer import Run, Trainer
-from pipeline.learning.weights import chain_facts, save_weights
+from pipeline.learning.weights import chain_facts, read_card, save_weights
 from pipeline.seeding import derive_seed
 from pipeline.settings import Config
-from pipeline.stages.inputs import artifacts, dataset_of, robot_of, trained_with
+from pipeline.stages.inputs import artifacts, dataset_of, robot_of, trained_config
 from robots import Robot
 
 
 def run(config: Config) -> list[Path]:
     """Train and write weights.safetensors, card.json, metrics.json and curve.csv."""
     robot = robot_of(config)
-    train, model = trained_with(config)
+    config = trained_config(config)
     folders = artifacts(config)
     data = dataset_of(config)
-    folder = folders.train(robot.name, model.name)
+    folder = folders.train(robot.name, config.model.name)
     poses, held_out = (read_split(data, split, robot).poses for split in ("train", "validation"))
-    config.train, config.model = train, model
-    facts = [chain_facts(robot), to_dict(train), to_dict(model), read_json(data / CARD)["files"]]
-    with exclusive(folder):
-        seed = derive_seed(config.seed, "train", robot.name, model.name)
+    seed = derive_seed(config.seed, "train", robot.name, config.model.name)
+    facts = [chain_facts(robot), to_dict(config.train), to_dict(config.model), seed]
+    digest = provenance.digest([facts, read_json(data / CARD)["files"], provenance.versions()])
+    with exclusive(folder) as waited:
+        if waited and _made(folder) == digest:
+            return [folder]  # the run that was waited for made just this
         torch.manual_seed(seed)
-        network = build_network(robot, model)
-        run_ = Run(
-            seed=seed,
-            digest=provenance.digest([facts, seed, provenance.versions()]),
-            label=f"train {robot.name} {model.name}",
-            checkpoint=folders.checkpoint(robot.name, model.name),
+        checkpoint = folders.checkpoint(robot.name, config.model.name)
+        label = f"train {robot.name} {config.model.name}"
+        trainer = Trainer(
+            robot,
+            build_network(robot, config.model),
+            config.train,
+            Run(seed, digest, label, checkpoint),
         )
-        trainer = Trainer(robot, network, train, run_)
         progress = trainer.fit(poses, held_out)
-        _write(folder, robot, trainer, progress.curve, held_out, config, progress.skipped)
+        _write(folder, robot, trainer, progress, held_out, config)
         trainer.finish()
     return [folder]
+
+
+def _made(folder: Path) -> str:
+    """Digest of the run whose weights lie in a folder; empty where there are none."""
+    return str(read_card(folder)["run"]) if (folder / CARD).exists() else ""
 
 
 def _write(
     folder: Path,
     robot: Robot,
     trainer: Trainer,
-    curve: list[dict[str, float]],
+    progress: Progress,
     held_out: np.ndarray,
     config: Config,
-    skipped: int,
 ) -> None:
     """Write curve and metrics first and the card last: a card means that the rest is there."""
     position, rotation = trainer.errors(
@@ -67,9 +74,9 @@ def _write(
         "position_error_mm": float(position.mean()),
         "rotation_error_deg": float(rotation.mean()),
         "success_10mm_20deg": float(((position < 10) & (rotation < 20)).double().mean()),
-        "skipped_steps": skipped,
+        "skipped_steps": progress.skipped,
     }
-    write_text(folder / "curve.csv", pd.DataFrame(curve).to_csv(index=False))
+    write_text(folder / "curve.csv", pd.DataFrame(progress.curve).to_csv(index=False))
     write_json(folder / "metrics.json", metrics)
     card = provenance.card(
         "model",
@@ -78,6 +85,7 @@ def _write(
         **chain_facts(robot),
         parameters=parameter_count(trainer.network),
         device=str(trainer.device),
+        run=trainer.run.digest,
         validation=metrics,
     )
     save_weights(folder, trainer.network, card)
