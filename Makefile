@@ -40,4 +40,4 @@ smoke: environment
 	python -m pipeline all profile=smoke robots=[panda,nico]
 
 clean:
-	rm -rf results/smoke results/quick .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf results/smoke results/quick .dvc/cache .dvc/tmp .mypy_cache .ruff_cache .pytest_cache .hypothesis

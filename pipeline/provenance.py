@@ -83,8 +83,12 @@ def card(*sections: str, config: configuration.Config, **facts: Any) -> dict[str
 
 
 def made_by() -> dict[str, Any]:
-    """Return versions, machine and commit: the part of a card that no stage chooses."""
-    return {"versions": versions(), "machine": machine(), "commit": commit()}
+    """Return versions and machine: the part of a card that no stage chooses.
+
+    The commit is not in it: later stages depend on cards, and a commit that changed nothing else
+    would make all of them run again. Rows at the end of the line carry it (`commit`).
+    """
+    return {"versions": versions(), "machine": machine()}
 
 
 def _git(*arguments: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from pipeline.data.files import read_json, sha256, write_json
 from pipeline.data.tables import TableError, read_table, write_table
 from pipeline.seeding import derive_seed
 from robots import Robot
+from robots.checksums import sampling_checksum
 
 POSE_COLUMNS = ("x", "y", "z", "qw", "qx", "qy", "qz")
 CARD = "card.json"
@@ -62,9 +64,9 @@ def joint_columns(robot: Robot) -> list[str]:
     return [f"q{index}" for index in range(robot.dof)]
 
 
-def write_card(folder: Path, card: dict[str, Any]) -> None:
+def write_card(folder: Path, card: dict[str, Any], splits: Sequence[str]) -> None:
     """Write the card of a folder of splits with the checksum of each file; it completes the set."""
-    files = {path.name: sha256(path) for path in sorted(folder.glob("*.parquet"))}
+    files = {f"{split}.parquet": sha256(folder / f"{split}.parquet") for split in splits}
     write_json(folder / CARD, {**card, "files": files})
 
 
@@ -82,11 +84,14 @@ def read_split(folder: Path, split: str, robot: Robot) -> PoseSet:
     remake = f"make it again with: python -m pipeline dataset robot={robot.name}"
     try:
         card = read_json(folder / CARD)
-        if card["urdf_checksum"] != robot.urdf_checksum:
-            raise DatasetError(f"{folder} was made from another URDF of {robot.name}; {remake}")
+        if card.get("checksum") != sampling_checksum(robot):
+            raise DatasetError(
+                f"{folder} was made from another description (URDF or robot.yaml) of "
+                f"{robot.name}; {remake}"
+            )
         path = folder / f"{split}.parquet"
         frame = read_table(path, [*POSE_COLUMNS, *joint_columns(robot)])
-        if card["files"].get(path.name) != sha256(path):
+        if card.get("files", {}).get(path.name) != sha256(path):
             raise DatasetError(f"{path} is not the file that {folder / CARD} speaks of; {remake}")
     except FileNotFoundError as error:
         raise DatasetError(f"there is no {error.filename}; {remake}") from error

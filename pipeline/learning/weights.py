@@ -13,6 +13,7 @@ from pipeline.data.files import read_json, replacing, sha256, write_json
 from pipeline.learning.networks import IkNetwork, build_network
 from pipeline.settings import ModelConfig
 from robots import Robot
+from robots.checksums import chain_checksum
 
 WEIGHTS = "weights.safetensors"
 CARD = "card.json"
@@ -75,10 +76,10 @@ def chain_facts(robot: Robot) -> dict[str, Any]:
     """Return what a card says of the robot: enough to refuse weights of another one."""
     return {
         "robot": robot.name,
-        "urdf_checksum": robot.urdf_checksum,
         "joint_names": list(robot.joint_names),
         "base": robot.base,
         "tip": robot.tip,
+        "chain_checksum": chain_checksum(robot),
     }
 
 

@@ -14,6 +14,7 @@ from pipeline.progress import bar
 from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts, dataset_facts, robot_of
 from robots import Robot
+from robots.checksums import sampling_checksum
 from robots.sampling import sample_configurations
 
 
@@ -28,7 +29,7 @@ def run(config: Config) -> list[Path]:
         (folder / "card.json").unlink(missing_ok=True)
         facts = {split: _make(folder, robot, split, config) for split in SPLITS}
         card = {**_robot_facts(robot), "config": dataset_facts(config), "splits": facts}
-        write_card(folder, {**card, **provenance.made_by()})
+        write_card(folder, {**card, **provenance.made_by()}, SPLITS)
     return [folder]
 
 
@@ -80,4 +81,4 @@ def _kept(path: Path, wanted: dict[str, Any]) -> dict[str, Any] | None:
 
 
 def _robot_facts(robot: Robot) -> dict[str, Any]:
-    return {"robot": robot.name, "urdf_checksum": robot.urdf_checksum}
+    return {"robot": robot.name, "checksum": sampling_checksum(robot)}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from baselines.registry import settings
+import baselines
+from baselines import SkippedSolver
 from pipeline import provenance
 from pipeline.artifacts import exclusive
 from pipeline.data.dataset import read_split
@@ -19,13 +20,13 @@ from pipeline.evaluation.runner import (
 from pipeline.progress import bar
 from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of, solver_of
+from robots import Robot
 
 
 def run(config: Config) -> list[Path]:
     """Write the raw rows of every solver of ``evaluate.solvers``, one Parquet file each."""
-    for name in config.evaluate.solvers:
-        settings(name)  # an unknown name stops the run before the first solver
     robot = robot_of(config)
+    _check_solvers(config.evaluate.solvers, robot)
     poses = read_split(dataset_of(config), "test", robot).poses
     poses = poses[: config.evaluate.poses or None]
     folders = artifacts(config)
@@ -41,8 +42,21 @@ def run(config: Config) -> list[Path]:
             ) as shown,
         ):
             rows = evaluate_solver(subject, config.evaluate, parts, shown.update)
-            facts = {**provenance.made_by(), **question(subject, config.evaluate)}
+            asked = question(subject, config.evaluate)
+            asked["profile"] = config.profile
+            facts = {**provenance.made_by(), "commit": provenance.commit(), **asked}
             write_table(path, rows, facts)
             clear_parts(parts)
         written.append(path)
     return written
+
+
+def _check_solvers(names: list[str], robot: Robot) -> None:
+    """Stop before the first solver has begun if one of them has an unknown name or cannot run."""
+    for name in names:
+        reason = baselines.skip(name, robot)
+        if reason is not None:
+            raise SkippedSolver(
+                f"solver '{name}' cannot run for {robot.name}: {reason}; leave it out of "
+                f"evaluate.solvers, or see `python -m pipeline solvers`"
+            )

@@ -13,9 +13,11 @@ from omegaconf import OmegaConf
 
 from baselines import Solver
 from pipeline.artifacts import Artifacts
+from pipeline.config import to_dict
 from pipeline.data.dataset import CARD, DatasetError, card_config
 from pipeline.errors import ConfigError, choices
 from pipeline.learning.weights import CARD as WEIGHTS_CARD
+from pipeline.learning.weights import read_card
 from pipeline.progress import LOGGER
 from pipeline.provenance import ROOT
 from pipeline.settings import Config
@@ -24,6 +26,7 @@ from pipeline.stages import run_stage
 from robots import Robot, available_robots, load_robot
 
 DATA_KEYS = ("train", "validation", "test")
+BOOKKEEPING = ("device", "kinematics", "checkpoint_s", "validations", "source")
 
 
 def artifacts(config: Config) -> Artifacts:
@@ -78,15 +81,31 @@ def dataset_facts(config: Config) -> dict[str, object]:
 
 
 def weights_of(config: Config) -> Path:
-    """Return the folder of the robot's trained weights and train them where there are none."""
+    """Return the folder of the robot's trained weights and train them where there are none.
+
+    Weights in the run's own folder are taken as they are: whoever trained there, meant them. Those
+    of the profile's folder are taken only if they were trained with this run's configuration.
+    """
     folders = artifacts(config)
-    own = folders.train(config.robot.name, trained_config(config).model.name)
-    found = folders.find(own.relative_to(folders.root) / WEIGHTS_CARD)
-    if found is None:
-        LOGGER.info("there are no weights of %s yet: training first", config.robot.name)
-        run_stage("train", config)
+    own = folders.train(config.robot.name, config.model.name)
+    if (own / WEIGHTS_CARD).exists():
         return own
-    return found.parent
+    found = folders.find(own.relative_to(folders.root) / WEIGHTS_CARD)
+    if found is not None and _same_training(found.parent, trained_config(config)):
+        return found.parent
+    LOGGER.info("there are no weights of %s for this run yet: training first", config.robot.name)
+    run_stage("train", config)
+    return own
+
+
+def _same_training(folder: Path, config: Config) -> bool:
+    """Whether weights were trained as ``config`` would; device and bookkeeping do not matter."""
+    made = read_card(folder).get("config", {})
+    wanted = to_dict(config)
+    if (made.get("seed"), made.get("model")) != (wanted["seed"], wanted["model"]):
+        return False
+    theirs, ours = made.get("train", {}), wanted["train"]
+    return all(theirs.get(key) == ours[key] for key in ours if key not in BOOKKEEPING)
 
 
 def solver_of(name: str, robot: Robot, config: Config) -> Solver:
@@ -112,4 +131,4 @@ def trained_config(config: Config) -> Config:
     best = OmegaConf.to_container(OmegaConf.load(path))
     assert isinstance(best, dict)
     train = replace(config.train, **best["train"])
-    return replace(config, train=train, model=replace(config.model, name="best", **best["model"]))
+    return replace(config, train=train, model=replace(config.model, **best["model"]))

@@ -33,7 +33,13 @@ def run(config: Config) -> list[Path]:
             for name, solver in solvers.items()
         }
         write_figures(robot, pair, motions, config.plan, folder)
-        card = provenance.card("plan", config=config, robot=robot.name, pairs_seed=seed)
+        card = provenance.card(
+            "plan",
+            config=config,
+            robot=robot.name,
+            pairs_seed=seed,
+            commit=provenance.commit(),
+        )
         write_table(folder / "plans.parquet", rows, {**card, "plan": to_dict(config.plan)})
         write_json(folder / "card.json", card)
     return [folder]

@@ -55,7 +55,7 @@ def run(config: Config) -> list[Path]:
 
 def _made(folder: Path) -> str:
     """Digest of the run whose weights lie in a folder; empty where there are none."""
-    return str(read_card(folder)["run"]) if (folder / CARD).exists() else ""
+    return str(read_card(folder).get("run")) if (folder / CARD).exists() else ""
 
 
 def _write(
@@ -83,6 +83,7 @@ def _write(
         "train",
         config=config,
         **chain_facts(robot),
+        urdf_checksum=robot.urdf_checksum,
         parameters=parameter_count(trainer.network),
         device=str(trainer.device),
         run=trainer.run.digest,

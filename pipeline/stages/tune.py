@@ -6,10 +6,11 @@ from pathlib import Path
 
 from omegaconf import OmegaConf
 
+from pipeline import provenance
 from pipeline.artifacts import exclusive
 from pipeline.config import to_dict
-from pipeline.data.dataset import read_split
-from pipeline.data.files import write_json, write_text
+from pipeline.data.dataset import CARD, read_split
+from pipeline.data.files import read_json, write_json, write_text
 from pipeline.errors import PipelineError
 from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
@@ -28,13 +29,14 @@ def run(config: Config) -> list[Path]:
     data = dataset_of(config)
     folders = artifacts(config)
     folder = folders.tune(robot.name)
-    growing = folders.root / "checkpoint" / f"tune-{study_name(config)}.log"
+    digest = provenance.digest(read_json(data / CARD)["files"])
+    growing = folders.root / "checkpoint" / f"tune-{study_name(config, digest)}.log"
     with exclusive(folder):
         kept = folder / "journal.log"
         if kept.exists() and not growing.exists():
             growing.parent.mkdir(parents=True, exist_ok=True)
             growing.write_bytes(kept.read_bytes())
-        study = open_study(growing, config)
+        study = open_study(growing, config, digest)
         splits = [read_split(data, split, robot) for split in ("train", "validation")]
         run_trials(study, Objective(robot, config, *splits), config)
         if not any(trial.value is not None for trial in study.get_trials(deepcopy=False)):

@@ -26,23 +26,27 @@ FINISHED = (TrialState.COMPLETE, TrialState.PRUNED)
 PATIENCE = 20  # failed trials beyond which a search counts as hopeless
 
 
-def study_name(config: Config) -> str:
+def study_name(config: Config, data: str = "") -> str:
     """Return the name of a study: robot, model and a hash of everything that shapes a trial.
 
     Optuna takes a changed range silently; another name keeps trials of another space apart.
+
+    Args:
+        config: The configuration of the search.
+        data: Digest of the pose sets.
     """
     shape = {**to_dict(config.tune), "trials": None}
-    parts = [shape, to_dict(config.train), to_dict(config.dataset), config.seed]
+    parts = [shape, to_dict(config.train), to_dict(config.model), data, config.seed]
     return f"{config.robot.name}-{config.model.name}-{digest(parts)}"
 
 
-def open_study(path: Path, config: Config) -> Study:
+def open_study(path: Path, config: Config, data: str = "") -> Study:
     """Open the study of a journal file or start it; trials that a kill cut off become failures."""
     path.parent.mkdir(parents=True, exist_ok=True)
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     warnings.filterwarnings("ignore", category=ExperimentalWarning)
     study = optuna.create_study(
-        study_name=study_name(config),
+        study_name=study_name(config, data),
         storage=JournalStorage(JournalFileBackend(str(path))),
         direction="minimize",
         load_if_exists=True,

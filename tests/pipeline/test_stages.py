@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -150,7 +151,7 @@ def test_evaluation_writes_one_row_a_pose_with_true_errors(folder: Path) -> None
         assert read_metadata(path)["robot"] == "nico"
 
 
-def test_a_search_has_the_asked_trials_and_goes_on_to_more(folder: Path) -> None:
+def test_a_search_has_the_asked_trials_and_goes_on_to_more(folder: Path, tmp_path: Path) -> None:
     run_stage("tune", config(folder))
     first = pd.read_csv(folder / "tune" / "nico" / "trials.csv")
     assert first["state"].tolist() == ["COMPLETE"] * 2
@@ -159,8 +160,9 @@ def test_a_search_has_the_asked_trials_and_goes_on_to_more(folder: Path) -> None
     assert len(second) == 3
     pd.testing.assert_frame_equal(second[: len(first)][first.columns], first)
     assert second["learning_rate"].nunique() == 3
-    run_stage("train", config(folder, "train.from=best"))
-    card = json.loads((folder / "train" / "nico" / "best" / "card.json").read_text())
+    shutil.copytree(folder / "tune", tmp_path / "tune")
+    run_stage("train", config(tmp_path, "train.from=best"))
+    card = json.loads((tmp_path / "train" / "nico" / "tiny" / "card.json").read_text())
     best = second.loc[second["objective"].idxmin()]
     assert card["config"]["train"]["learning_rate"] == best["learning_rate"]
 
