@@ -6,14 +6,14 @@ import json
 from collections.abc import Iterable
 from typing import Any
 
-from pipeline.provenance import made_by
+from pipeline.provenance import commit, made_by
 from pipeline.reporting.naming import robot_title, solver_title
 from pipeline.reporting.results import Results
 
 
 def provenance_lines(results: Results) -> list[tuple[str, str]]:
     """What made the rows and the report, one line each, without a clock."""
-    now = made_by()
+    now = {**made_by(), "commit": commit()}
     cards = [*results.evaluated.values(), *(card for card, _ in results.train.values())]
     cards += results.dataset.values()
     machines = [card.get("machine") for card in cards]
