@@ -10,7 +10,7 @@ import importlib.util
 import time
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -91,6 +91,7 @@ class Solver(ABC):
         mimics: Whether it can solve a chain where one joint mimics another.
         robot: The robot that it solves for.
         budget: Used where `solve` gets none.
+        settings: Its YAML with overrides, as the registry made it; empty where made by hand.
     """
 
     name: str = ""
@@ -102,6 +103,7 @@ class Solver(ABC):
         self, robot: Robot, *, time_s: float | None = None, iterations: int | None = None
     ) -> None:
         self.robot = robot
+        self.settings: dict[str, Any] = {}
         self.lower = np.array(robot.lower, dtype=np.float64)
         self.upper = np.array(robot.upper, dtype=np.float64)
         unbounded = time_s is None and iterations is None

@@ -84,6 +84,9 @@ def load(name: str, robot: Robot, **overrides: Any) -> Solver:
         robot: The robot to solve for.
         **overrides: Settings of its YAML to replace.
 
+    Returns:
+        The solver; its `settings` are what it was made with.
+
     Raises:
         UnknownSolverError: No solver is called `name`.
         SettingError: An override that its YAML does not have, or of another type.
@@ -96,8 +99,9 @@ def load(name: str, robot: Robot, **overrides: Any) -> Solver:
     reason = skip(name, robot)
     if reason is not None:
         raise SkippedSolver(f"solver {name!r} is skipped for {robot.name}: {reason}")
-    solver = solver_class(name)(robot, **{**values, **overrides})
-    solver.name = name
+    effective = {**values, **overrides}
+    solver = solver_class(name)(robot, **effective)
+    solver.name, solver.settings = name, effective
     return solver
 
 

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import hashlib
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import torch
 
-if TYPE_CHECKING:
-    from baselines import Solver
+from baselines import Solver
 
 SIMPLE = (bool, int, float, str)
+PATHS = ("weights",)  # a folder may hold other weights tomorrow: networks go by checksum
 
 
 def solver_identity(solver: Solver) -> dict[str, Any]:
-    """Describe a solver by its class, its plain settings and the checksum of its networks.
+    """Describe a solver by its class, its settings and the checksum of its networks.
+
+    Settings are those that the registry loaded it with, plus every plain attribute for solvers that
+    were made by hand; a solver inside another one is described in the same way.
 
     Args:
         solver: As it was made, before it has solved anything.
@@ -23,11 +26,14 @@ def solver_identity(solver: Solver) -> dict[str, Any]:
         JSON-ready facts; solvers that may answer differently have different ones.
     """
     facts: dict[str, Any] = {"class": f"{type(solver).__module__}.{type(solver).__qualname__}"}
+    facts["settings"] = {k: v for k, v in solver.settings.items() if k not in PATHS}
     for name, value in sorted(vars(solver).items()):
         if value is None or isinstance(value, SIMPLE):
             facts[name] = value
         elif isinstance(value, torch.nn.Module):
             facts[name] = network_checksum(value)
+        elif isinstance(value, Solver):
+            facts[name] = solver_identity(value)
     return facts
 
 

@@ -123,7 +123,8 @@ def clear_parts(folder: Path) -> None:
 
 def question(subject: Subject, config: EvaluateConfig) -> dict[str, Any]:
     """Return everything that the rows depend on, as provenance and as the key of chunks."""
-    robot, budget = subject.robot, subject.solver.budget
+    robot = subject.robot
+    budget = _budget(subject.solver, config) or subject.solver.budget
     initial = None if subject.initial is None else array_checksum(subject.initial)
     return {
         "robot": robot.name,

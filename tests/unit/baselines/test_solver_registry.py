@@ -46,6 +46,8 @@ def test_a_loaded_solver_knows_its_name_and_budget(panda):
     solver = baselines.load("lm", panda, iterations=9)
     assert solver.name == "lm"
     assert solver.budget == baselines.Budget(iterations=9)
+    assert solver.settings["iterations"] == 9
+    assert solver.settings["damping"] == registry.settings("lm")["damping"]
 
 
 def test_a_missing_package_is_a_reason_to_skip(folder, panda):

@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import baselines
 from baselines import Budget, QuerySolver, Solution, Solver, SolverError
 from baselines.protocol import Answer
 from pipeline.evaluation.config import EvaluateConfig, Tolerance
+from pipeline.evaluation.identity import solver_identity
 from pipeline.evaluation.judge import JudgeError, tip_poses
 from pipeline.evaluation.rows import COLUMNS
 from pipeline.evaluation.runner import (
@@ -239,3 +241,24 @@ def test_other_weights_or_settings_are_another_question(robot, config):
     assert question(given, config) != first
     other = subject(robot, Scripted(robot, robot.home, found=False))
     assert question(other, config) != question(subject(robot, Scripted(robot, robot.home)), config)
+
+
+def test_an_edited_setting_is_another_question_but_a_moved_folder_of_weights_is_not(robot):
+    first, again = (solver_identity(baselines.load("lm", robot)) for _ in range(2))
+    assert first == again
+    assert solver_identity(baselines.load("lm", robot, damping_gain=0.5)) != first
+    outer = Scripted(robot, robot.home)
+    outer.settings = {"weights": "here"}
+    outer.kernel = baselines.load("lm", robot)
+    before = solver_identity(outer)
+    outer.settings = {"weights": "there"}
+    assert solver_identity(outer) == before
+    outer.kernel = baselines.load("lm", robot, patience=7)
+    assert solver_identity(outer) != before
+
+
+def test_the_budget_that_was_used_is_told(robot, config):
+    given = subject(robot, baselines.load("lm", robot, iterations=50))
+    assert question(given, config)["solver_budget"] == {"time_s": None, "iterations": 50}
+    timed = question(given, replace(config, time_s=1e-3))
+    assert timed["solver_budget"] == {"time_s": 1e-3, "iterations": None}
