@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 from omegaconf import OmegaConf
 
+from pipeline.config import compose
 from pipeline.data.files import read_json
 from pipeline.errors import PipelineError
+from pipeline.reporting.config import ReportConfig
+from pipeline.reporting.metrics_file import headline_metrics
+from pipeline.reporting.results import STAGES, Results, read_results
+from pipeline.reporting.summary import summarise
 
 IGNORED = ("results_dir",)
+EVALUATED = ("profile", "seed", "poses", "evaluate", "solver_budget")  # of the raw rows' provenance
+COMPUTED = ("evaluate", "plan")  # stages that leave raw rows and no metrics.json
 
 
 def compare(arguments: list[str]) -> int:
@@ -22,8 +32,10 @@ def compare(arguments: list[str]) -> int:
         return 0
     first, second = (_folder(argument) for argument in arguments)
     print(f"A = {first}\nB = {second}\n")
-    _print_differences("configuration", _configuration(first), _configuration(second))
-    _print_differences("metrics", _metrics(first), _metrics(second))
+    a, b = read_results(first), read_results(second)
+    _print_differences("configuration", _configuration(a), _configuration(b))
+    config = replace(compose().report, resamples=1)  # intervals are not shown
+    _print_differences("metrics", _metrics(a, config), _metrics(b, config))
     return 0
 
 
@@ -34,14 +46,18 @@ def _folder(argument: str) -> Path:
     return folder
 
 
-def _configuration(folder: Path) -> dict[str, Any]:
-    """Flat configuration of every artifact in a folder: `<stage>.<key>` and its value."""
-    flat: dict[str, Any] = {}
-    for path in sorted(folder.rglob("card.json")):
-        if "sweep" in path.relative_to(folder).parts[:1]:
-            continue
-        stage = path.relative_to(folder).parts[0]
-        flat.update(_flatten(read_json(path).get("config", {}), f"{stage}: "))
+def _configuration(results: Results) -> dict[str, Any]:
+    """Flat configuration of every artifact: `<its folder>: <key>` and its value.
+
+    Raw rows of the evaluate stage have no card; what made them lies in the file itself.
+    """
+    folder, flat = results.folder, dict[str, Any]()
+    for path, place in _artifacts(folder, "card.json"):
+        flat.update(_flatten(read_json(path).get("config") or {}, f"{place}: "))
+    for (robot, solver), facts in results.evaluated.items():
+        told = {key: facts[key] for key in EVALUATED if facts.get(key) is not None}
+        told["solver"] = (facts.get("solver_identity") or {}).get("settings") or {}
+        flat.update(_flatten(told, f"evaluate/{robot}/{solver}: "))
     if (folder / "config.yaml").exists():
         whole = OmegaConf.to_container(OmegaConf.load(folder / "config.yaml"))
         assert isinstance(whole, dict)
@@ -50,14 +66,29 @@ def _configuration(folder: Path) -> dict[str, Any]:
     return flat
 
 
-def _metrics(folder: Path) -> dict[str, Any]:
-    """Flat metrics of every artifact in a folder, keys without the robot's and model's folders."""
+def _metrics(results: Results, config: ReportConfig) -> dict[str, Any]:
+    """Flat metrics of every artifact: what stages wrote, and the report's figures of raw rows."""
     flat: dict[str, Any] = {}
-    for path in sorted(folder.rglob("metrics.json")):
-        parts = path.relative_to(folder).parts
-        if parts[0] != "sweep":
-            flat.update(_flatten(read_json(path), "/".join(parts[:-1]) + " "))
+    for path, place in _artifacts(results.folder, "metrics.json"):
+        flat.update(_flatten(read_json(path), f"{place} "))
+    lines = [summarise(rows, config) for rows in results.evaluate.values()]
+    summary = pd.concat(lines, ignore_index=True) if lines else pd.DataFrame()
+    headline = headline_metrics(results, summary)
+    for stage in COMPUTED:
+        for robot, solvers in headline.get(stage, {}).items():
+            for solver, numbers in solvers.items():
+                flat.update(_flatten(numbers, f"{stage}/{robot}/{solver} "))
     return flat
+
+
+def _artifacts(folder: Path, name: str) -> Iterator[tuple[Path, str]]:
+    """Files called ``name`` of the stages, each with its folder relative to ``folder``.
+
+    Those of a sweep's runs belong to other folders, and the report's are of the time it was made.
+    """
+    for stage in STAGES:
+        for path in sorted((folder / stage).rglob(name)):
+            yield path, path.parent.relative_to(folder).as_posix()
 
 
 def _flatten(node: dict[str, Any], prefix: str) -> dict[str, Any]:

@@ -91,7 +91,7 @@ def test_a_sweep_runs_each_combination_in_a_folder_of_its_own_and_compare_tells_
     assert all((f / "train" / "nico" / "tiny" / "weights.safetensors").exists() for f in folders)
     status, out, _ = told(capsys, "compare", *map(str, folders))
     assert status == 0
-    assert re.search(r"train: train\.loss +former +smooth", out)
+    assert re.search(r"train/nico/tiny: train\.loss +former +smooth", out)
     assert "position_error_mm" in out
     assert "B - A" in out
 
