@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +10,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from pipeline.data.files import write_json, write_text
+from pipeline.errors import MissingArtifactError
 from pipeline.reporting import figures_benchmark as benchmark
 from pipeline.reporting import figures_experiment as experiment
 from pipeline.reporting.comparison import compare_solvers
@@ -18,7 +19,7 @@ from pipeline.reporting.metrics_file import headline_metrics
 from pipeline.reporting.naming import ordered_robots
 from pipeline.reporting.page import Illustration, Page, render
 from pipeline.reporting.published import Published, read_published
-from pipeline.reporting.results import Results, read_results
+from pipeline.reporting.results import STAGES, Results, read_results
 from pipeline.reporting.style import save, styled
 from pipeline.reporting.summary import summarise
 from pipeline.reporting.table import Table
@@ -28,6 +29,7 @@ from pipeline.reporting.tables_training import datasets, hyperparameters, traini
 from pipeline.reporting.tables_trials import grasping, planner
 
 MAPPED = "cycleik"  # the solver whose precision is shown over the workspace
+WRITTEN = (".csv", ".md", ".tex", ".png", ".pdf")  # what a report leaves in tables/ and figures/
 
 
 @dataclass(frozen=True)
@@ -58,20 +60,30 @@ class Material:
     config: ReportConfig
 
 
-def make_report(results_dir: Path, published: Path, config: ReportConfig) -> ReportPaths:
+def make_report(
+    results_dir: Path, published: Path, config: ReportConfig, profile: str = ""
+) -> ReportPaths:
     """Write tables, figures, report.html and metrics.json from what a results folder holds.
 
-    What is missing is named in the report and is no error. The same rows give the same files.
+    What is missing is named in the report and is no error, unless all of it is. The same rows give
+    the same files; tables and figures of an earlier report that have no rows any more are removed.
 
     Args:
         results_dir: Results folder of a profile or of a run; written into as well.
         published: `results/published_results.csv`.
         config: Policies, confidence, looks.
+        profile: Profile of the run; the report of a smoke run warns of its numbers.
 
     Raises:
         PublishedError: The published numbers cannot be read.
+        MissingArtifactError: No stage has left anything there.
     """
-    material = gather(results_dir, read_published(published), config)
+    material = gather(results_dir, read_published(published), config, profile)
+    if material.results.empty:
+        raise MissingArtifactError(
+            f"no stage has left anything in {results_dir}: check results_dir and profile, or run "
+            f"one of {', '.join(STAGES)} first, such as: python -m pipeline evaluate"
+        )
     paths = ReportPaths(
         tables=results_dir / "tables",
         figures=results_dir / "figures",
@@ -79,9 +91,10 @@ def make_report(results_dir: Path, published: Path, config: ReportConfig) -> Rep
         metrics=results_dir / "metrics.json",
     )
     tables = make_tables(material)
-    for table in tables:
-        table.write(paths.tables)
+    _remove_others(paths.tables, [path for table in tables for path in table.write(paths.tables)])
     illustrations = draw_figures(material, paths.figures)
+    pictures = [picture.path for picture in illustrations]
+    _remove_others(paths.figures, [*pictures, *(p.with_suffix(".pdf") for p in pictures)])
     write_json(paths.metrics, headline_metrics(material.results, material.summary))
     page = Page(material.results, config, tables, illustrations)
     write_text(paths.html, render(page))
@@ -101,9 +114,11 @@ def make_table(results_dir: Path, published: Path, config: ReportConfig, name: s
     return found[0]
 
 
-def gather(results_dir: Path, published: Published, config: ReportConfig) -> Material:
+def gather(
+    results_dir: Path, published: Published, config: ReportConfig, profile: str = ""
+) -> Material:
     """Read the results and summarise their raw rows, one file at a time."""
-    results = read_results(results_dir)
+    results = read_results(results_dir, profile)
     lines = [summarise(rows, config) for rows in results.evaluate.values()]
     summary = pd.concat(lines, ignore_index=True) if lines else pd.DataFrame()
     pairs = []
@@ -142,6 +157,13 @@ def draw_figures(material: Material, folder: Path) -> list[Illustration]:
             png, _ = save(draw(), folder, name, material.config.dpi)
             illustrations.append(Illustration(name, caption, png))
     return illustrations
+
+
+def _remove_others(folder: Path, kept: Collection[Path]) -> None:
+    """Remove what an earlier report wrote and this one did not."""
+    for path in folder.glob("*"):
+        if path.suffix in WRITTEN and path not in kept:
+            path.unlink()
 
 
 def _plan(material: Material) -> Iterator[tuple[str, str, Callable[[], Figure]]]:

@@ -59,21 +59,34 @@ class Results:
         """Solvers that were evaluated on a robot, sorted."""
         return sorted(solver for name, solver in self.evaluate if name == robot)
 
+    @property
+    def empty(self) -> bool:
+        """Whether no stage has left anything, not even a file that cannot be read."""
+        return not any(_folders(self.folder / stage) for stage in STAGES)
 
-def read_results(folder: Path) -> Results:
-    """Read what is in a results folder; it may be empty."""
+
+def read_results(folder: Path, profile: str = "") -> Results:
+    """Read what is in a results folder; it may be empty.
+
+    Args:
+        folder: Results folder of a profile or of a run.
+        profile: Profile of the run that asks; what the rows themselves say counts as well.
+    """
     results = Results(folder)
-    if folder.name == SMOKE:
-        results.notes.append("This profile shows that everything runs; its numbers mean nothing.")
     for stage in STAGES:
         robots = _folders(folder / stage)
         if not robots:
             results.notes.append(f"The {stage} stage has left nothing in {folder.name}/{stage}.")
         for place in robots:
             READERS[stage](results, place)
-            media = [p for p in sorted(place.rglob("*")) if p.suffix in PICTURES + VIDEOS]
+            media = [p for p in _files(place, "**/*") if p.suffix in PICTURES + VIDEOS]
             if media:
                 results.media[stage, place.name] = media
+    profiles = {profile, folder.name, *(f.get("profile") for f in results.evaluated.values())}
+    if SMOKE in profiles:
+        results.notes.insert(
+            0, "This profile shows that everything runs; its numbers mean nothing."
+        )
     return results
 
 
@@ -100,7 +113,7 @@ def _read_train(results: Results, place: Path) -> None:
 
 
 def _read_evaluate(results: Results, place: Path) -> None:
-    for path in sorted(place.glob("*.parquet")):
+    for path in _files(place, "*.parquet"):
         rows = _try(results, path, read_table)
         if rows is None:
             continue
@@ -112,7 +125,7 @@ def _read_evaluate(results: Results, place: Path) -> None:
 
 
 def _read_plan(results: Results, place: Path) -> None:
-    frames = [_try(results, path, read_table) for path in sorted(place.glob("*.parquet"))]
+    frames = [_try(results, path, read_table) for path in _files(place, "*.parquet")]
     wanted = [frame for frame in frames if frame is not None and "pair" in frame.columns]
     if wanted:
         results.plan[place.name] = pd.concat(wanted, ignore_index=True)
@@ -155,6 +168,11 @@ def _folders(place: Path) -> list[Path]:
     if not place.is_dir():
         return []
     return sorted(p for p in place.iterdir() if p.is_dir() and not p.name.startswith("."))
+
+
+def _files(place: Path, pattern: str) -> list[Path]:
+    """Files without those that begin with a dot: a killed run leaves half-written ones."""
+    return sorted(p for p in place.glob(pattern) if not p.name.startswith("."))
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:

@@ -12,7 +12,6 @@ from pipeline.stages.inputs import artifacts
 
 def run(config: Config) -> list[Path]:
     """Write tables/, figures/, report.html and metrics.json of a results folder."""
-    paths = make_report(
-        artifacts(config).root, ROOT / "results" / "published_results.csv", config.report
-    )
+    published = ROOT / "results" / "published_results.csv"
+    paths = make_report(artifacts(config).root, published, config.report, config.profile)
     return [paths.tables, paths.figures, paths.html]

@@ -4,12 +4,15 @@ import json
 import re
 
 import pytest
-from synthetic import PUBLISHED, report_config, write_results
+from synthetic import PUBLISHED, raw_rows, report_config, write_results
 
+from pipeline.data.tables import write_table
+from pipeline.errors import MissingArtifactError
 from pipeline.reporting import report
 from pipeline.reporting.figures_experiment import training_curves
 from pipeline.reporting.published import read_published
 from pipeline.reporting.report import make_report, make_table
+from pipeline.reporting.results import read_results
 from pipeline.reporting.style import save, styled
 
 CONFIG = report_config(dpi=50, resamples=20)
@@ -71,12 +74,45 @@ def test_the_same_rows_give_the_same_bytes(made, tmp_path):
             assert path.read_bytes() == (paths.figures / path.name).read_bytes(), path.name
 
 
-def test_an_empty_folder_gives_a_report_that_says_so(tmp_path):
+def test_stages_that_left_nothing_are_named(tmp_path):
+    (tmp_path / "quick" / "dataset" / "panda").mkdir(parents=True)
     paths = make_report(tmp_path / "quick", PUBLISHED, CONFIG)
     page = paths.html.read_text(encoding="utf-8")
-    for stage in ("dataset", "tune", "train", "evaluate", "plan", "grasp"):
+    for stage in ("tune", "train", "evaluate", "plan", "grasp"):
         assert f"The {stage} stage has left nothing" in page
     assert json.loads(paths.metrics.read_text()) == {}
+
+
+def test_a_folder_that_no_stage_wrote_to_is_refused_and_not_made(tmp_path):
+    with pytest.raises(MissingArtifactError, match=r"typo.*check results_dir.*dataset"):
+        make_report(tmp_path / "typo", PUBLISHED, CONFIG)
+    assert not list(tmp_path.iterdir())
+
+
+def test_leftovers_of_a_kill_and_of_an_earlier_report_are_not_shown(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "draw_figures", lambda material, folder: [])
+    root = write_results(tmp_path / "quick", ("panda",), ("lm",), 20)
+    (root / "evaluate" / "panda" / ".placo.123.partial.parquet").write_bytes(b"PAR1")
+    (root / "plan" / "panda" / ".plans.123.partial.parquet").write_bytes(b"PAR1")
+    for name in ("tables/old.csv", "tables/README.txt", "figures/old.png", "figures/old.pdf"):
+        (root / name).parent.mkdir(exist_ok=True)
+        (root / name).write_text("old")
+    paths = make_report(root, PUBLISHED, CONFIG)
+    assert "partial" not in paths.html.read_text(encoding="utf-8")
+    assert not list(root.glob("*/old.*"))
+    assert (paths.tables / "README.txt").exists()
+    assert (paths.tables / "precision.csv").exists()
+
+
+@pytest.mark.parametrize(("folder", "profile"), [("x", "smoke"), ("smoke", ""), ("x", "")])
+def test_numbers_of_a_smoke_run_come_with_a_warning_wherever_they_lie(tmp_path, folder, profile):
+    warned = any("mean nothing" in note for note in read_results(tmp_path / folder, profile).notes)
+    assert warned == ("smoke" in (folder, profile))
+
+
+def test_the_rows_say_that_they_are_of_a_smoke_run(tmp_path):
+    write_table(tmp_path / "evaluate/nico/lm.parquet", raw_rows("nico", "lm"), {"profile": "smoke"})
+    assert "mean nothing" in read_results(tmp_path, "quick").notes[0]
 
 
 def test_damaged_files_are_named_and_the_rest_is_shown(tmp_path, monkeypatch):
