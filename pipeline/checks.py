@@ -41,6 +41,16 @@ def ordered(key: str, low: float, high: float) -> None:
         raise ValueError(f"{key}: low {low} is above high {high}")
 
 
+def interval(key: str, ends: Iterable[float]) -> None:
+    """Refuse anything but two ends, the lower one first; a value still missing passes."""
+    if isinstance(ends, str):
+        return
+    items = list(ends)
+    if len(items) != 2:
+        raise ValueError(f"{key} must be two numbers, from and to, got {items}")
+    ordered(key, *items)
+
+
 def one_of(key: str, value: str, valid: Iterable[str]) -> None:
     """Refuse a name that is not among ``valid``."""
     names = tuple(valid)

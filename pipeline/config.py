@@ -13,11 +13,12 @@ import yaml
 from hydra import compose as hydra_compose
 from hydra import initialize_config_dir
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import Override
+from hydra.core.override_parser.types import Glob, Override
 from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from pipeline.data.files import Document, read_yaml
 from pipeline.errors import ConfigError, choices
 from pipeline.settings import Config
 
@@ -58,14 +59,40 @@ def sweep(overrides: Sequence[str]) -> list[list[str]]:
     """
     axes: list[list[str]] = []
     for override in _parse(overrides):
-        if override.is_discrete_sweep():
-            key = override.get_key_element()
+        key = override.get_key_element()
+        if isinstance(pattern := override.value(), Glob):
+            axes.append([f"{key}={name}" for name in _matching(override, pattern)])
+        elif override.is_discrete_sweep():
             axes.append([f"{key}={value}" for value in override.sweep_string_iterator()])
         elif override.is_sweep_override():
             raise ConfigError(f"'{override.input_line}' is an open interval: list its values")
         else:
             axes.append([cast(str, override.input_line)])
     return [list(run) for run in product(*axes)]
+
+
+def _matching(override: Override, pattern: Glob) -> list[str]:
+    group = override.key_or_group
+    if not (CONF_DIR / group).is_dir():
+        raise ConfigError(
+            f"'{override.input_line}': glob() stands for the files of a group such as robot; "
+            f"list the values of {group}"
+        )
+    found: list[str] = pattern.filter(group_choices(group))
+    if not found:
+        valid = ", ".join(group_choices(group))
+        raise ConfigError(f"'{override.input_line}' matches no {group}. Valid: {valid}")
+    return found
+
+
+def bench_lists() -> dict[str, Any]:
+    """Return conf/bench.yaml: the profile and the lists that `all` and `make reproduce` run.
+
+    Raises:
+        FileError: It is no YAML, or lacks a key.
+    """
+    path = CONF_DIR / "bench.yaml"
+    return Document(path, read_yaml(path))
 
 
 def group_choices(group: str) -> list[str]:

@@ -6,7 +6,9 @@ value that cannot be raises `ValueError` with the key, the value and the range.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import Field, dataclass, field, fields
+from pathlib import Path
+from typing import Any
 
 from omegaconf import MISSING
 
@@ -137,6 +139,13 @@ class Range:
         """Refuse empty ranges."""
         ordered("tune.space", self.low, self.high)
         at_least("tune.space: step", self.step, 0)
+        if self.log is True:
+            positive("tune.space: low of a range with log: true", self.low)
+            if self.step not in (0, 1):
+                raise ValueError(
+                    f"tune.space: the step of a range with log: true must be 0 (continuous) or 1 "
+                    f"(whole numbers), got {self.step}"
+                )
 
 
 @dataclass
@@ -152,11 +161,29 @@ class TuneConfig:
     space: dict[str, Range] = MISSING
 
     def __post_init__(self) -> None:
-        """Refuse a search without trials and unknown samplers."""
+        """Refuse a search without trials, unknown samplers, and axes that no trial could set."""
         positive("tune.trials", self.trials)
         positive("tune.epochs", self.epochs)
         at_least("tune.poses", self.poses, 0)
         one_of("tune.sampler", self.sampler, ("tpe", "random"))
+        at_least("tune.objective_position", self.objective_position, 0)
+        at_least("tune.objective_rotation", self.objective_rotation, 0)
+        if isinstance(self.space, dict):
+            for name in self.space:
+                one_of("tune.space", name, search_axes())
+
+
+def search_axes() -> list[str]:
+    """Return what a search may vary: the numbers of train and model, and the hidden layers.
+
+    Epochs and validations are not among them: `tune.epochs` sets how long every trial trains.
+    """
+    numbers = {f.name for group in (TrainConfig, ModelConfig) for f in fields(group) if _counts(f)}
+    return sorted({"layers", "neurons"} | numbers - {"epochs", "validations"})
+
+
+def _counts(field_: Field[Any]) -> bool:
+    return field_.type in ("int", "float")
 
 
 @dataclass
@@ -177,5 +204,9 @@ class Config:
     report: ReportConfig = field(default_factory=ReportConfig)
 
     def __post_init__(self) -> None:
-        """Refuse negative seeds."""
+        """Refuse negative seeds, and results in the middle of the sources."""
         at_least("seed", self.seed, 0)
+        if Path(self.results_dir) == Path():
+            raise ValueError(
+                f"results_dir must name a folder for the results, got '{self.results_dir}'"
+            )

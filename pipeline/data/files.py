@@ -10,7 +10,26 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import yaml
+
+from pipeline.errors import PipelineError
+
 CHUNK_BYTES = 1 << 20
+
+
+class FileError(PipelineError):
+    """A file of JSON or YAML that cannot be read, or that lacks what every such file has."""
+
+
+class Document(dict[str, Any]):
+    """The object of a JSON file; asking it for a key that it lacks names the file."""
+
+    def __init__(self, path: Path, content: dict[str, Any]) -> None:
+        super().__init__(content)
+        self.path = path
+
+    def __missing__(self, key: str) -> Any:
+        raise FileError(f"{self.path} has no '{key}'; make it again")
 
 
 @contextmanager
@@ -58,13 +77,38 @@ def write_text(path: Path, content: str) -> None:
         partial.write_text(content, encoding="utf-8")
 
 
-def read_json(path: Path) -> Any:
-    """Read a JSON file.
+def read_json(path: Path) -> Document:
+    """Read a JSON file that holds an object.
 
     Raises:
-        ValueError: The file is no JSON; the message names it.
+        FileError: The file is no JSON or holds no object, or later: a key is asked for that it
+            lacks.
     """
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
-        raise ValueError(f"{path} is not readable as JSON ({error}); make it again") from error
+        raise FileError(f"{path} is not readable as JSON ({error}); make it again") from error
+    if not isinstance(content, dict):
+        raise FileError(f"{path} must hold an object, got {_kind(content)}; make it again")
+    return Document(path, content)
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """Read a YAML file that holds a mapping.
+
+    Raises:
+        FileError: There is no such file, it is no YAML, or it holds no mapping.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise FileError(f"{path} cannot be read: {error.strerror or error}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise FileError(f"{path} is not YAML: {' '.join(str(error).split())}") from error
+    if not isinstance(content, dict):
+        raise FileError(f"{path} must hold a mapping (key: value), got {_kind(content)}")
+    return content
+
+
+def _kind(content: object) -> str:
+    return "nothing" if content is None else f"a {type(content).__name__}"

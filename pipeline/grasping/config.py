@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from omegaconf import MISSING
 
-from pipeline.checks import at_least, one_of, positive, within
+from pipeline.checks import at_least, interval, one_of, positive, within
 from pipeline.planning.config import MotionConfig, TimingConfig
 
 SHAPES = ("sphere", "capsule", "cylinder", "box")
@@ -109,7 +109,9 @@ class AreaConfig:
     row_step: float = MISSING  # m
 
     def __post_init__(self) -> None:
-        """Refuse empty areas."""
+        """Refuse areas whose ends are swapped."""
+        interval("grasp.scenes: area.x", self.x)
+        interval("grasp.scenes: area.y", self.y)
         positive("grasp.scenes: area.row_step", self.row_step)
 
 
@@ -177,6 +179,11 @@ class SceneConfig:
     hand: HandConfig = field(default_factory=HandConfig)
     camera: CameraConfig = field(default_factory=CameraConfig)
 
+    def __post_init__(self) -> None:
+        """Refuse a scene with nothing to grasp."""
+        if not self.objects:
+            raise ValueError("grasp.scenes: objects must name at least one object, got none")
+
 
 @dataclass
 class VideoConfig:
@@ -185,6 +192,11 @@ class VideoConfig:
     width: int = MISSING  # pixels
     height: int = MISSING  # pixels
     rate: float = MISSING  # Hz, of the simulated time
+
+    def __post_init__(self) -> None:
+        """Refuse pictures without pixels and films without pictures."""
+        for name in ("width", "height", "rate"):
+            positive(f"grasp.recording.{name}", getattr(self, name))
 
 
 @dataclass
