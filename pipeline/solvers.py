@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 import baselines
-from baselines import Solver
+from baselines import SkippedSolver, Solver, SolverError
 from baselines.registry import settings
 from pipeline.learning.weights import CARD, WeightsError
 from pipeline.provenance import ROOT
@@ -14,7 +17,7 @@ from robots import Robot
 
 RESULTS = ROOT / "results"
 PROFILES = ("quick", "paper", "smoke")  # where trained weights are looked for, best scale first
-MODELS = ("compact", "paper", "best", "tiny")
+MODELS = ("compact", "paper")  # before any other architecture, which go by name
 
 
 def load_solver(name: str, robot: Robot, weights: Path | None = None, **overrides: Any) -> Solver:
@@ -45,7 +48,42 @@ def is_neural(name: str) -> bool:
     Raises:
         UnknownSolverError: There is no solver of that name.
     """
-    return "weights" in settings(name)
+    return "weights" in solver_settings(name)
+
+
+def solver_settings(name: str) -> dict[str, Any]:
+    """Return what conf/solver/<name>.yaml says.
+
+    Raises:
+        SolverError: There is no solver of that name, or its file is broken.
+    """
+    try:
+        return settings(name)
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise SolverError(
+            f"conf/solver/{name}.yaml is not YAML: {' '.join(str(error).split())}"
+        ) from error
+
+
+def check_solvers(asked: Mapping[str, Iterable[str]], robot: Robot) -> None:
+    """Stop before anything is made if a solver is unknown or cannot run.
+
+    Args:
+        asked: Names of solvers by the key of the configuration that lists them.
+        robot: The robot that they are for.
+
+    Raises:
+        UnknownSolverError: There is no solver of a name.
+        SkippedSolver: One cannot run here or for this robot.
+    """
+    for key, names in asked.items():
+        for name in names:
+            solver_settings(name)
+            if reason := baselines.skip(name, robot):
+                raise SkippedSolver(
+                    f"{key}: solver '{name}' cannot run for {robot.name}: {reason}; take another "
+                    f"one, see `python -m pipeline solvers`"
+                )
 
 
 def find_weights(robot: str) -> Path:
@@ -55,11 +93,15 @@ def find_weights(robot: str) -> Path:
         WeightsError: Nothing was trained for this robot yet.
     """
     for profile in PROFILES:
-        for model in MODELS:
-            folder = RESULTS / profile / "train" / robot / model
-            if (folder / CARD).exists():
-                return folder
+        cards = (RESULTS / profile / "train" / robot).glob(f"*/{CARD}")
+        if folders := sorted((card.parent for card in cards), key=_preference):
+            return folders[0]
     raise WeightsError(
         f"there are no trained weights for {robot}; train with: python -m pipeline train "
         f"robot={robot}"
     )
+
+
+def _preference(folder: Path) -> tuple[int, str]:
+    rank = MODELS.index(folder.name) if folder.name in MODELS else len(MODELS)
+    return rank, folder.name

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from pipeline.data.rows import KeptRows
 from pipeline.grasping.config import GraspConfig
 from pipeline.grasping.trial import CLASSES, run_trial
 from pipeline.grasping.video import Recorder
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from baselines import Solver
     from robots import Robot
 
+KEY = ("trial",)  # what tells one row from another
 STILLS = (4, 2)  # columns and rows of a contact sheet
 
 
@@ -39,23 +40,22 @@ class Series:
     repair: Solver | None
     seed: int
 
-    def run(self, kept: Path, progress: Callable[[dict[str, Any]], object]) -> pd.DataFrame:
+    def run(self, kept: KeptRows, progress: Callable[[dict[str, Any]], object]) -> pd.DataFrame:
         """Run the trials that are not yet kept and return one raw row for each.
 
         Args:
-            kept: JSON lines, one finished trial each; a killed series goes on after the last whole
-                line.
+            kept: Finished trials by `KEY`; a killed series goes on after the last of them.
             progress: Called with each row, also with those that were kept.
         """
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        rows = {row["trial"]: row for row in _read_lines(kept)}
+        rows = []
         for number in range(self.config.trials):
-            if number not in rows:
-                rows[number] = self.trial(number)
-                with kept.open("a", encoding="utf-8") as stream:
-                    stream.write(json.dumps(rows[number]) + "\n")
-            progress(rows[number])
-        return pd.DataFrame([rows[number] for number in range(self.config.trials)])
+            row = kept.get(number)
+            if row is None:
+                row = self.trial(number)
+                kept.put(row)
+            rows.append(row)
+            progress(row)
+        return pd.DataFrame(rows)
 
     def trial(self, number: int, recorder: Recorder | None = None) -> dict[str, Any]:
         """Run one trial; its number and the seed fix everything."""
@@ -66,11 +66,14 @@ class Series:
     def film(self, rows: pd.DataFrame, folder: Path) -> list[Path]:
         """Run the trials that are to be filmed once more, now with the camera on.
 
-        A trial is a function of its number, so the film shows what the row says.
+        A trial is a function of its number, so the film shows what the row says. Films that an
+        earlier run left in the folder are removed.
 
         Returns:
             The videos; beside each lies a contact sheet of stills as PNG.
         """
+        for old in [*folder.glob("trial*_*.mp4"), *folder.glob("trial*_*.png")]:
+            old.unlink()
         films = []
         for number in self._filmed(rows):
             recorder = Recorder(self.config.recording)
@@ -88,19 +91,3 @@ class Series:
             firsts = [rows.loc[rows["class"] == name, "trial"].head(1) for name in CLASSES]
             return sorted(int(number) for first in firsts for number in first)
         return [0] if self.config.video == "first" else []
-
-
-def _read_lines(path: Path) -> list[dict[str, Any]]:
-    """Read whole JSON lines; a line that a kill cut off is cut off the file as well."""
-    if not path.exists():
-        return []
-    rows: list[dict[str, Any]] = []
-    whole = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        try:
-            rows.append(json.loads(line))
-        except ValueError:
-            break
-        whole.append(line)
-    path.write_text("".join(f"{line}\n" for line in whole), encoding="utf-8")
-    return rows

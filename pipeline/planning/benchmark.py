@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from pipeline.data.rows import KeptRows
 from pipeline.planning.config import PlanConfig
 from pipeline.planning.control import control_points
 from pipeline.planning.motion import Motion, plan_motion
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 MS_PER_S = 1e3
+KEY = ("solver", "pair")  # what tells one row from another
 LIMIT_SLACK = 1e-6  # rad or m; rounding
 
 
@@ -59,6 +61,7 @@ def benchmark(
     solvers: Mapping[str, Solver],
     config: PlanConfig,
     seed: int,
+    kept: KeptRows,
     repair: Solver | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> pd.DataFrame:
@@ -69,6 +72,7 @@ def benchmark(
         solvers: Solvers by name.
         config: Number of pairs, motion, repair.
         seed: Seed of the pairs.
+        kept: Finished rows by `KEY`; a killed benchmark goes on after the last of them.
         repair: Solver that mends jumps; None leaves them.
         progress: Called with 1 after each plan.
 
@@ -79,12 +83,17 @@ def benchmark(
     pairs = random_pairs(robot, config.pairs, seed)
     rows = []
     for name, solver in solvers.items():
-        plan_pair(robot, solver, pairs[0], config, repair)  # compilers and caches warm up
+        warm = False
         for number, pair in enumerate(pairs):
-            motion = plan_pair(robot, solver, pair, config, repair)
-            rows.append(
-                {"robot": robot.name, "solver": name, "pair": number, **judge(robot, motion)}
-            )
+            row = kept.get(name, number)
+            if row is None:
+                if not warm:  # compilers and caches warm up before the first time is taken
+                    plan_pair(robot, solver, pair, config, repair)
+                    warm = True
+                motion = plan_pair(robot, solver, pair, config, repair)
+                row = {"robot": robot.name, "solver": name, "pair": number, **judge(robot, motion)}
+                kept.put(row)
+            rows.append(row)
             if progress is not None:
                 progress(1)
     return pd.DataFrame(rows)

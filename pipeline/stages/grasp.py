@@ -8,11 +8,14 @@ from pipeline import provenance
 from pipeline.artifacts import exclusive
 from pipeline.config import to_dict
 from pipeline.data.files import write_json
+from pipeline.data.rows import KeptRows
 from pipeline.data.tables import write_table
-from pipeline.grasping.series import Series
+from pipeline.evaluation.identity import solver_identity
+from pipeline.grasping.series import KEY, Series
 from pipeline.grasping.trial import SUCCESS, required_scene
 from pipeline.progress import bar
 from pipeline.settings import Config
+from pipeline.solvers import check_solvers
 from pipeline.stages.inputs import artifacts, robot_of, solver_of
 
 
@@ -20,16 +23,22 @@ def run(config: Config) -> list[Path]:
     """Write raw rows, films and the class counts of a robot's trials."""
     robot = robot_of(config)
     required_scene(config.grasp, robot.name)  # a robot without one stops here, not after training
+    asked = {"grasp.solver": [config.grasp.solver]}
+    if config.grasp.repair:
+        asked["grasp.repair"] = [config.grasp.repair]
+    check_solvers(asked, robot)
     repair = solver_of(config.grasp.repair, robot, config) if config.grasp.repair else None
     solver = solver_of(config.grasp.solver, robot, config)
     series = Series(config.grasp, robot, solver, repair, config.seed)
     folders = artifacts(config)
     folder = folders.grasp(robot.name)
     facts = {"grasp": {**to_dict(config.grasp), "trials": None}, "seed": config.seed}
-    digest = provenance.digest([facts, robot.urdf_checksum, provenance.versions()])
-    kept = folders.root / "checkpoint" / f"grasp-{robot.name}-{digest}.jsonl"
+    who = [solver_identity(each) for each in (solver, repair) if each is not None]
+    digest = provenance.digest([facts, robot.urdf_checksum, who, provenance.versions()])
+    path = folders.root / "checkpoint" / f"grasp-{robot.name}-{digest}.jsonl"
     with exclusive(folder), bar(config.grasp.trials, "trial", f"grasp {robot.name}") as shown:
         successes = 0
+        kept = KeptRows(path, KEY)
 
         def progress(row: dict[str, object]) -> None:
             nonlocal successes
@@ -45,5 +54,5 @@ def run(config: Config) -> list[Path]:
         counts = {str(name): int(count) for name, count in rows["class"].value_counts().items()}
         write_json(folder / "metrics.json", counts)
         write_json(folder / "card.json", {**card, "config": {**card["config"], **facts}})
-        kept.unlink(missing_ok=True)
+        kept.clear()
     return [folder]

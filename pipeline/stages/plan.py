@@ -8,25 +8,38 @@ from pipeline import provenance
 from pipeline.artifacts import exclusive
 from pipeline.config import to_dict
 from pipeline.data.files import write_json
+from pipeline.data.rows import KeptRows
 from pipeline.data.tables import write_table
-from pipeline.planning.benchmark import benchmark, plan_pair, random_pairs
+from pipeline.evaluation.identity import solver_identity
+from pipeline.planning.benchmark import KEY, benchmark, plan_pair, random_pairs
 from pipeline.planning.figures import write_figures
 from pipeline.progress import bar
 from pipeline.seeding import derive_seed
 from pipeline.settings import Config
+from pipeline.solvers import check_solvers
 from pipeline.stages.inputs import artifacts, robot_of, solver_of
 
 
 def run(config: Config) -> list[Path]:
     """Write the raw rows of the planner benchmark and figures of one motion."""
     robot = robot_of(config)
-    folder = artifacts(config).plan(robot.name)
+    asked = {"plan.solvers": config.plan.solvers}
+    if config.plan.repair:
+        asked["plan.repair"] = [config.plan.repair]
+    check_solvers(asked, robot)
+    folders = artifacts(config)
+    folder = folders.plan(robot.name)
     solvers = {name: solver_of(name, robot, config) for name in config.plan.solvers}
     repair = solver_of(config.plan.repair, robot, config) if config.plan.repair else None
     seed = derive_seed(config.seed, "plan", robot.name)
+    everyone = {**solvers, "repair": repair}
+    who = {name: solver_identity(each) for name, each in everyone.items() if each is not None}
+    made_with = [to_dict(config.plan), seed, robot.urdf_checksum, who, provenance.made_by()]
+    path = folders.root / "checkpoint" / f"plan-{robot.name}-{provenance.digest(made_with)}.jsonl"
     total = len(solvers) * config.plan.pairs
     with exclusive(folder), bar(total, "plan", f"plan {robot.name}") as shown:
-        rows = benchmark(robot, solvers, config.plan, seed, repair, shown.update)
+        kept = KeptRows(path, KEY)
+        rows = benchmark(robot, solvers, config.plan, seed, kept, repair, shown.update)
         pair = random_pairs(robot, config.plan.pairs, seed)[0]
         motions = {
             name: plan_pair(robot, solver, pair, config.plan, repair)
@@ -42,4 +55,5 @@ def run(config: Config) -> list[Path]:
         )
         write_table(folder / "plans.parquet", rows, {**card, "plan": to_dict(config.plan)})
         write_json(folder / "card.json", card)
+        kept.clear()
     return [folder]

@@ -1,0 +1,58 @@
+"""Small files: broken ones are named in a sentence, rows go on after a kill."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipeline.data.files import FileError, read_json, read_yaml, write_json
+from pipeline.data.rows import KeptRows
+
+ROWS = [{"solver": "lm", "pair": 0, "error": 0.5}, {"solver": "lm", "pair": 1, "error": 1e-9}]
+
+
+@pytest.mark.parametrize("content", ["{", "", "[1, 2]", "null", '"text"'])
+def test_what_is_no_json_object_is_named(tmp_path: Path, content: str) -> None:
+    path = tmp_path / "card.json"
+    path.write_text(content)
+    with pytest.raises(FileError, match=r"card\.json .*make it again"):
+        read_json(path)
+
+
+def test_a_key_that_a_card_lacks_is_named_with_its_file(tmp_path: Path) -> None:
+    write_json(tmp_path / "card.json", {"seed": 1})
+    card = read_json(tmp_path / "card.json")
+    assert card == {"seed": 1}
+    assert card.get("files") is None
+    with pytest.raises(FileError, match=r"card\.json has no 'files'"):
+        card["files"]
+
+
+@pytest.mark.parametrize("content", ["a: [1", "", "- 1", "a: b: c"])
+def test_what_is_no_yaml_mapping_is_named(tmp_path: Path, content: str) -> None:
+    path = tmp_path / "bench.yaml"
+    path.write_text(content)
+    with pytest.raises(FileError, match=r"bench\.yaml") as caught:
+        read_yaml(path)
+    assert "\n" not in str(caught.value)
+    with pytest.raises(FileError, match="cannot be read"):
+        read_yaml(tmp_path / "none.yaml")
+
+
+@pytest.mark.parametrize("cut", [1, 2, 20])
+def test_rows_cut_off_anywhere_go_on_after_the_last_whole_one(tmp_path: Path, cut: int) -> None:
+    path = tmp_path / "checkpoint" / "rows.jsonl"
+    kept = KeptRows(path, ("solver", "pair"))
+    for row in ROWS:
+        kept.put(row)
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-cut])
+    again = KeptRows(path, ("solver", "pair"))
+    assert again.get("lm", 0) == ROWS[0]
+    assert again.get("lm", 1) == (ROWS[1] if cut == 1 else None)
+    again.put(ROWS[1])
+    last = KeptRows(path, ("solver", "pair"))
+    assert [last.get("lm", pair) for pair in (0, 1)] == ROWS
+    last.clear()
+    assert not path.exists()
