@@ -6,10 +6,9 @@ import re
 from importlib import import_module
 from pathlib import Path
 
-import yaml
 from omegaconf import OmegaConf
 
-from pipeline.config import CONF_DIR, compose, group_choices, sweep, to_yaml
+from pipeline.config import CONF_DIR, bench_lists, compose, group_choices, sweep, to_yaml
 from pipeline.data.files import write_text
 from pipeline.errors import ConfigError, PipelineError, choices
 from pipeline.progress import LOGGER
@@ -30,9 +29,10 @@ def stage(name: str, arguments: list[str]) -> int:
         _run(name, compose(overrides))
         return 0
     runs = sweep(overrides)
+    profiles = {item for run in runs for item in run if item.startswith("profile=")}
     configs = [compose(run) for run in runs]  # a typo in the last run stops before the first
     for number, (run, config) in enumerate(zip(runs, configs, strict=True), start=1):
-        folder = Path(config.results_dir) / "sweep" / run_name(run)
+        folder = Path(config.results_dir) / "sweep" / run_name(run, with_profile=len(profiles) > 1)
         LOGGER.info("run %d of %d: %s", number, len(runs), " ".join(run))
         config.results_dir = str(folder)
         write_text(_absolute(folder) / "config.yaml", to_yaml(config))
@@ -46,7 +46,7 @@ def everything(arguments: list[str]) -> int:
         print("python -m pipeline all [robots=[panda,nico]] [profile=smoke] [key=value ...]")
         return 0
     _refuse_flags(arguments)
-    bench = yaml.safe_load((CONF_DIR / "bench.yaml").read_text(encoding="utf-8"))
+    bench = bench_lists()
     lists = {key: bench[key] for key in ("robots", "tune_robots", "grasp_robots")}
     chosen = [argument for argument in arguments if argument.startswith("robots=")]
     overrides = [argument for argument in arguments if not argument.startswith("robots=")]
@@ -60,9 +60,14 @@ def everything(arguments: list[str]) -> int:
     return 0
 
 
-def run_name(overrides: list[str]) -> str:
-    """Return a folder name that says what was overridden, such as ``robot=nico,seed=1``."""
-    told = [item for item in overrides if not item.startswith(("results_dir=", "profile="))]
+def run_name(overrides: list[str], with_profile: bool = False) -> str:
+    """Return a folder name that says what was overridden, such as ``robot=nico,seed=1``.
+
+    The results folder is not named, nor is the profile unless it is swept: the name stands below
+    both.
+    """
+    silent = ("results_dir=",) if with_profile else ("results_dir=", "profile=")
+    told = [item for item in overrides if not item.startswith(silent)]
     return re.sub(r"[^\w=.,+-]", "_", ",".join(told)) or "default"
 
 

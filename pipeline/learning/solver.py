@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 
@@ -29,6 +31,19 @@ class Hypotheses(NamedTuple):
     joints: NDArray[np.float64]
     position_mm: NDArray[np.float64]
     rotation_deg: NDArray[np.float64]
+
+
+@contextmanager
+def torch_threads(count: int) -> Iterator[None]:
+    """Let torch use ``count`` threads, 0 for as many as it has; afterwards it is as before."""
+    before = torch.get_num_threads()
+    if count and count != before:
+        torch.set_num_threads(count)
+    try:
+        yield
+    finally:
+        if torch.get_num_threads() != before:
+            torch.set_num_threads(before)
 
 
 class CycleIk(Solver):
@@ -63,9 +78,7 @@ class CycleIk(Solver):
 
     def hypotheses(self, poses: NDArray[np.float64]) -> Hypotheses:
         """Return the network's answers to poses (N, 7), best first."""
-        if self.threads:
-            torch.set_num_threads(self.threads)
-        with torch.inference_mode():
+        with torch_threads(self.threads), torch.inference_mode():
             output = self.network(torch.as_tensor(poses, dtype=torch.float32))
         joints = np.clip(output.numpy().astype(np.float64), self.lower, self.upper)
         position, rotation = self._errors(joints, poses)
