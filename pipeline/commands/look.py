@@ -2,34 +2,44 @@
 
 from __future__ import annotations
 
-import importlib.util
+import functools
+import inspect
 import os
 import platform
 import shutil
+from collections.abc import Callable
 
 import numpy as np
-import yaml
 
 import baselines
 from pipeline import provenance
-from pipeline.config import CONF_DIR
+from pipeline.config import bench_lists
 from pipeline.errors import PipelineError
+from pipeline.solvers import solver_settings
 from robots import available_robots, load_robot
 
-EXTRAS = {
-    "pytracik": "solver trac_ik",
-    "optik": "solver optik",
-    "pink": "solver pink",
-    "mink": "solver mink",
-    "roboticstoolbox": "solver roboticstoolbox",
-    "ssik": "solver ssik",
-    "frankik": "solver frankik",
-}
+HELP_FLAGS = ("-h", "--help")
 
 
-def robots(arguments: list[str]) -> int:
+def _plain(command: Callable[[], int]) -> Callable[[list[str]], int]:
+    """Make a command of a function that takes no arguments; it explains itself on --help."""
+
+    @functools.wraps(command)
+    def run(arguments: list[str]) -> int:
+        name = command.__name__
+        if any(flag in arguments for flag in HELP_FLAGS):
+            print(f"python -m pipeline {name}\n\n{inspect.getdoc(command)}")
+            return 0
+        if arguments:
+            raise PipelineError(f"`{name}` takes no arguments, got {' '.join(arguments)}")
+        return command()
+
+    return run
+
+
+@_plain
+def robots() -> int:
     """List the robots with their chains."""
-    _no_arguments("robots", arguments)
     for name in available_robots():
         robot = load_robot(name)
         low, high = np.round(robot.workspace, 2)
@@ -41,19 +51,19 @@ def robots(arguments: list[str]) -> int:
     return 0
 
 
-def solvers(arguments: list[str]) -> int:
+@_plain
+def solvers() -> int:
     """List the solvers and say which cannot run here."""
-    _no_arguments("solvers", arguments)
     for name in baselines.names():
-        target = baselines.registry.settings(name)["_target_"]
+        target = solver_settings(name)["_target_"]
         kind = "neural" if target.startswith("pipeline.") else "numerical"
         print(f"{name:<20} {kind:<10} {baselines.skip(name) or 'ready'}")
     return 0
 
 
-def doctor(arguments: list[str]) -> int:
+@_plain
+def doctor() -> int:
     """Print versions, threads and accelerator, and what is missing; status 1 if anything is."""
-    _no_arguments("doctor", arguments)
     import torch
 
     found = provenance.versions()
@@ -69,9 +79,10 @@ def doctor(arguments: list[str]) -> int:
     for package, version in found.items():
         print(f"  {package:<20} {version}")
     missing = [package for package, version in found.items() if version == "not installed"]
-    for module, use in EXTRAS.items():
-        if importlib.util.find_spec(module) is None:
-            print(f"  {module:<20} not installed: {use} is skipped (pip install .[solvers])")
+    for name in baselines.names():
+        solver_settings(name)
+        if reason := baselines.skip(name):
+            print(f"  solver {name:<13} is skipped: {reason} (pip install .[solvers])")
     if missing:
         print(f"missing: {', '.join(missing)}; run `make environment`")
     else:
@@ -103,17 +114,11 @@ def robot(arguments: list[str]) -> int:
     return 0
 
 
-def where(arguments: list[str]) -> int:
+@_plain
+def where() -> int:
     """Print where the tables, figures and the report of the default profile are."""
-    _no_arguments("where", arguments)
-    profile = yaml.safe_load((CONF_DIR / "bench.yaml").read_text(encoding="utf-8"))["profile"]
-    folder = provenance.ROOT / "results" / profile
+    folder = provenance.ROOT / "results" / bench_lists()["profile"]
     for name, path in (("tables", "tables"), ("figures", "figures"), ("report", "report.html")):
         state = "" if (folder / path).exists() else "   (not made yet: make reproduce)"
         print(f"{name:<8} {folder / path}{state}")
     return 0
-
-
-def _no_arguments(command: str, arguments: list[str]) -> None:
-    if arguments and arguments[0] not in ("-h", "--help"):
-        raise PipelineError(f"`{command}` takes no arguments, got {' '.join(arguments)}")

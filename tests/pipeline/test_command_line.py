@@ -110,3 +110,35 @@ def test_a_run_is_named_after_what_was_overridden() -> None:
     overrides = ["robot=nico", "profile=smoke", "model.hidden=[64,64]", "results_dir=x"]
     assert run_name(overrides) == "robot=nico,model.hidden=_64,64_"
     assert run_name(["profile=smoke"]) == "default"
+
+
+def test_a_run_is_named_after_its_profile_where_profiles_are_swept() -> None:
+    overrides = ["profile=smoke", "seed=1", "results_dir=x"]
+    assert run_name(overrides, with_profile=True) == "profile=smoke,seed=1"
+
+
+@pytest.mark.parametrize("command", ["robots", "solvers", "doctor", "where"])
+def test_a_command_without_arguments_explains_itself_and_does_not_run(
+    capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    status, out, _ = told(capsys, command, "--help")
+    assert status == 0
+    assert out.startswith(f"python -m pipeline {command}\n")
+    assert len(out.splitlines()) == 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["plan", "plan.solvers=[cycleik,placco]"], "placco"),
+        (["plan", "plan.solvers=[cycleik]", "plan.repair=nobody"], "nobody"),
+        (["grasp", "robot=panda", "grasp.solver=cycleik", "grasp.repair=nobody"], "nobody"),
+    ],
+)
+def test_unknown_solvers_are_found_before_anything_is_made(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: list[str], words: str
+) -> None:
+    status, _, err = told(capsys, *arguments, "profile=smoke", f"results_dir={tmp_path}")
+    assert status == 2
+    assert words in err
+    assert not list(tmp_path.rglob("*"))
