@@ -19,6 +19,7 @@ Stages, in the order they build on each other:
 
 Looking around:
   robots     the robots, their joints and limits        robot add FILE  bring one of your own
+                                                        robot picture NAME  draw one anew
   solvers    the inverse-kinematics solvers and what each needs
   compare    what two results folders changed, in configuration and figures: compare A B
   doctor     versions, threads, accelerator, and what is missing

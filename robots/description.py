@@ -19,6 +19,25 @@ FILE = "robot.yaml"
 
 
 @dataclass(frozen=True)
+class Picture:
+    """How the picture in a robot's README is taken; see `robots.picture`.
+
+    Attributes:
+        target: (3,) point in the middle of the picture, base of the URDF, m.
+        distance: From camera to target, m.
+        yaw: Turn of the camera about the vertical, deg.
+        pitch: Of the line of sight, deg; negative looks down.
+        seed: Of the random postures.
+    """
+
+    target: Array
+    distance: float
+    yaw: float
+    pitch: float
+    seed: int
+
+
+@dataclass(frozen=True)
 class Description:
     """A robot's description; the comments in `robot.yaml` give units.
 
@@ -37,6 +56,7 @@ class Description:
         allowed_collisions: (link, link, reason) of pairs that are not checked; found by
             sampling if not given.
         hand: What grasping needs; see the robot's README.
+        picture: How the robot's picture is taken.
     """
 
     name: str
@@ -52,6 +72,7 @@ class Description:
     posture: dict[str, float] = field(default_factory=dict)
     allowed_collisions: tuple[tuple[str, str, str], ...] | None = None
     hand: dict[str, Any] | None = None
+    picture: Picture | None = None
 
 
 def available_robots(folder: Path = FOLDER) -> list[str]:
@@ -109,6 +130,7 @@ def read_description(path: Path) -> Description:
         posture=reader.posture(),
         allowed_collisions=reader.pairs(),
         hand=reader.mapping("hand"),
+        picture=reader.picture(),
     )
 
 
@@ -158,6 +180,24 @@ class _Values:
         ):
             raise self._error("allowed_collisions", value, "a list of [link, link, reason]")
         return tuple((a, b, reason) for a, b, reason in value)
+
+    def picture(self) -> Picture | None:
+        value = self.mapping("picture")
+        if value is None:
+            return None
+        known = {f.name for f in fields(Picture)}
+        if value.keys() != known:
+            raise self._error("picture", value, f"the keys {sorted(known)}")
+        target = self._array("picture.target", value["target"], (3,))
+        distance, yaw, pitch = (
+            float(self._array(f"picture.{key}", value[key], ()))
+            for key in ("distance", "yaw", "pitch")
+        )
+        if distance <= 0.0:
+            raise self._error("picture.distance", distance, "a positive distance")
+        if type(value["seed"]) is not int or value["seed"] < 0:
+            raise self._error("picture.seed", value["seed"], "a whole number, 0 or more")
+        return Picture(target, distance, yaw, pitch, value["seed"])
 
     def mapping(self, key: str) -> dict[str, Any] | None:
         value = self.values.get(key)

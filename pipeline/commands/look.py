@@ -19,6 +19,8 @@ from pipeline.solvers import solver_settings
 from robots import available_robots, load_robot
 
 HELP_FLAGS = ("-h", "--help")
+ADD_USAGE = "python -m pipeline robot add my.urdf --base BASE --tip TIP [--name NAME]"
+PICTURE_USAGE = "python -m pipeline robot picture NAME"
 
 
 def _plain(command: Callable[[], int]) -> Callable[[list[str]], int]:
@@ -91,26 +93,44 @@ def doctor() -> int:
 
 
 def robot(arguments: list[str]) -> int:
-    """Bring a robot of one's own: `robot add my.urdf --base B --tip T [--name N]`."""
-    usage = "python -m pipeline robot add my.urdf --base BASE --tip TIP [--name NAME]"
-    if arguments[:1] in (["-h"], ["--help"]):
-        print(usage)
+    """Bring a robot of one's own with `robot add`, or draw one anew with `robot picture`."""
+    action, rest = arguments[:1], arguments[1:]
+    if action in ([], ["-h"], ["--help"]):
+        print(f"{ADD_USAGE}\n{PICTURE_USAGE}")
         return 0
-    if len(arguments) < 2 or arguments[0] != "add":
-        raise PipelineError(f"usage: {usage}")
+    if action == ["add"]:
+        return _add_robot(rest)
+    if action == ["picture"]:
+        return _draw_robot(rest)
+    raise PipelineError(f"usage: {ADD_USAGE}, or {PICTURE_USAGE}")
+
+
+def _add_robot(arguments: list[str]) -> int:
+    if not arguments:
+        raise PipelineError(f"usage: {ADD_USAGE}")
     options: dict[str, str] = {}
-    rest = arguments[2:]
+    rest = arguments[1:]
     while rest:
         key = rest[0].removeprefix("--")
         if key not in ("base", "tip", "name") or len(rest) < 2:
-            raise PipelineError(f"'{rest[0]}' is not understood; usage: {usage}")
+            raise PipelineError(f"'{rest[0]}' is not understood; usage: {ADD_USAGE}")
         options[key] = rest[1]
         rest = rest[2:]
     if missing := {"base", "tip"} - options.keys():
-        raise PipelineError(f"--{' and --'.join(sorted(missing))} is missing; usage: {usage}")
+        raise PipelineError(f"--{' and --'.join(sorted(missing))} is missing; usage: {ADD_USAGE}")
     from robots.add import add_robot
 
-    print(add_robot(arguments[1], options["base"], options["tip"], name=options.get("name")))
+    print(add_robot(arguments[0], options["base"], options["tip"], name=options.get("name")))
+    return 0
+
+
+def _draw_robot(arguments: list[str]) -> int:
+    if len(arguments) != 1:
+        raise PipelineError(f"usage: {PICTURE_USAGE}")
+    robot = load_robot(arguments[0])
+    from robots.picture import write_picture
+
+    print(write_picture(robot))
     return 0
 
 
