@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
 
 import numpy as np
 import pinocchio
@@ -11,6 +10,7 @@ import pybullet
 import pytest
 
 from robots import Robot, load_robot
+from tests.simulation import Simulation
 
 NAMES = ("nicol", "valkyrie", "fetch")
 
@@ -71,29 +71,6 @@ COLLIDING = {"nicol": (0.30, 0.45), "valkyrie": (0.005, 0.04), "fetch": (0.10, 0
 @pytest.fixture(scope="module", params=NAMES)
 def robot(request: pytest.FixtureRequest) -> Robot:
     return load_robot(request.param)
-
-
-@pytest.fixture
-def client() -> Iterator[int]:
-    connected = pybullet.connect(pybullet.DIRECT)
-    yield connected
-    pybullet.disconnect(connected)
-
-
-def load_body(robot: Robot, client: int) -> tuple[int, dict[str, int], dict[str, int]]:
-    """Body, joint numbers and link numbers in PyBullet, the robot in its posture at home."""
-    flags = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER
-    body = pybullet.loadURDF(
-        str(robot.urdf_path), useFixedBase=True, flags=flags, physicsClientId=client
-    )
-    joints, links = {}, {pybullet.getBodyInfo(body, client)[0].decode(): -1}
-    for index in range(pybullet.getNumJoints(body, client)):
-        info = pybullet.getJointInfo(body, index, client)
-        joints[info[1].decode()], links[info[12].decode()] = index, index
-    home = dict(zip(robot.joint_names, robot.home, strict=True))
-    for name, position in {**robot.description.posture, **home}.items():
-        pybullet.resetJointState(body, joints[name], position, physicsClientId=client)
-    return body, joints, links
 
 
 def test_pose_of_a_reference_configuration(robot: Robot) -> None:
@@ -201,43 +178,36 @@ def test_left_arm_of_valkyrie_mirrors_the_right() -> None:
     assert mirror @ right.rotation @ mirror == pytest.approx(left.rotation, abs=1e-12)
 
 
-def test_fingers_pulled_by_tendons_stop_at_their_limits(robot: Robot, client: int) -> None:
+def test_fingers_pulled_by_tendons_stop_at_their_limits(robot: Robot) -> None:
     hand = robot.description.hand
     assert hand is not None
     fingers = hand["tendons"].values() if hand["kind"] == "tendon" else [hand["joints"]]
-    body, joints, _ = load_body(robot, client)
+    with Simulation(robot) as simulation:
+        _pull(simulation, {joint for finger in fingers for joint in finger})
+        for name in (joint for finger in fingers for joint in finger):
+            index = simulation.joints[name]
+            position = pybullet.getJointState(simulation.body, index, simulation.client)[0]
+            limit = pybullet.getJointInfo(simulation.body, index, simulation.client)[9]
+            assert position == pytest.approx(limit, abs=0.06), name
+            assert max(hand["open"], hand["closed"]) <= limit + 1e-4, name
+
+
+def _pull(simulation: Simulation, fingers: set[str]) -> None:
+    """Close the fingers for one and a half seconds while all other joints hold still."""
+    client = simulation.client
     pybullet.setPhysicsEngineParameter(numSolverIterations=100, physicsClientId=client)
-    for name, index in joints.items():
-        info = pybullet.getJointInfo(body, index, client)
+    for name, index in simulation.joints.items():
+        info = pybullet.getJointInfo(simulation.body, index, client)
         if info[2] != pybullet.JOINT_FIXED:
-            pulled = any(name in finger for finger in fingers)
-            target = {"targetVelocity": 2.0, "force": 0.4} if pulled else {"force": info[10]}
+            target = {"force": info[10]}
+            if name in fingers:
+                target = {"targetVelocity": 2.0, "force": 0.4}
             pybullet.setJointMotorControl2(
-                body, index, pybullet.VELOCITY_CONTROL, physicsClientId=client, **target
+                simulation.body,
+                index,
+                pybullet.VELOCITY_CONTROL,
+                physicsClientId=client,
+                **target,
             )
     for _ in range(360):
         pybullet.stepSimulation(client)
-    for name in (joint for finger in fingers for joint in finger):
-        position = pybullet.getJointState(body, joints[name], client)[0]
-        limit = pybullet.getJointInfo(body, joints[name], client)[9]
-        assert position == pytest.approx(limit, abs=0.06), name
-        assert max(hand["open"], hand["closed"]) <= limit + 1e-4, name
-
-
-def test_pybullet_sees_the_same_collisions(robot: Robot, client: int) -> None:
-    body, joints, links = load_body(robot, client)
-    samples = robot.sample(4000, seed=5, collision_free=False)
-    hits = robot.in_collision(samples)
-    chosen = np.concatenate([np.flatnonzero(hits)[:60], np.flatnonzero(~hits)[:60]])
-    for row in chosen:
-        for name, position in zip(robot.joint_names, samples[row], strict=True):
-            pybullet.resetJointState(body, joints[name], position, physicsClientId=client)
-        gaps = [
-            point[8]
-            for first, second in robot.collision.pairs
-            for point in pybullet.getClosestPoints(
-                body, body, 0.002, links[first], links[second], physicsClientId=client
-            )
-        ]
-        gap = min(gaps, default=0.002)
-        assert (gap <= 0.0) == hits[row] or abs(gap) < 1e-3
