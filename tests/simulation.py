@@ -54,29 +54,73 @@ class Simulation:
         for name, position in zip(self.robot.joint_names, joints, strict=True):
             self._set(name, position)
 
+    def _set(self, name: str, position: float) -> None:
+        pybullet.resetJointState(
+            self.body, self.joints[name], position, physicsClientId=self.client
+        )
+
+
+class SharpShapes:
+    """Every collision shape of a simulated robot once more, as a body without rounded edges.
+
+    PyBullet rounds edges and corners of a URDF's boxes and cylinders by a margin of 1 mm, inward,
+    and lets only bodies of a single shape do without.
+
+    Attributes:
+        bodies: (link, body, position and orientation of the shape in the link's inertial frame).
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        self.simulation = simulation
+        client = simulation.client
+        self.bodies = []
+        for link in simulation.links.values():
+            shapes = pybullet.getCollisionShapeData(simulation.body, link, client)
+            for _, _, kind, size, _, position, orientation in shapes:
+                shape = pybullet.createCollisionShape(
+                    kind, physicsClientId=client, **_arguments(kind, size)
+                )
+                body = pybullet.createMultiBody(0.0, shape, physicsClientId=client)
+                pybullet.changeDynamics(body, -1, collisionMargin=0.0, physicsClientId=client)
+                self.bodies.append((link, body, position, orientation))
+        links = simulation.links
+        pairs = {(links[a], links[b]) for a, b in simulation.robot.collision.pairs}
+        self.pairs = [
+            (first[1], second[1])
+            for first in self.bodies
+            for second in self.bodies
+            if (first[0], second[0]) in pairs
+        ]
+
     def gap(self, within: float) -> float:
         """Return the least distance of the checked pairs, negative in contact, m.
 
         Args:
             within: Pairs farther apart than this are not looked at; it is returned then.
         """
-        return min(
-            (
-                point[8]
-                for first, second in self.robot.collision.pairs
-                for point in pybullet.getClosestPoints(
-                    self.body,
-                    self.body,
-                    within,
-                    self.links[first],
-                    self.links[second],
-                    physicsClientId=self.client,
-                )
-            ),
-            default=within,
+        client = self.simulation.client
+        for link, body, position, orientation in self.bodies:
+            pose = pybullet.multiplyTransforms(*self._inertial(link), position, orientation)
+            pybullet.resetBasePositionAndOrientation(body, *pose, physicsClientId=client)
+        points = (
+            point
+            for pair in self.pairs
+            for point in pybullet.getClosestPoints(*pair, within, physicsClientId=client)
         )
+        return min((point[8] for point in points), default=within)
 
-    def _set(self, name: str, position: float) -> None:
-        pybullet.resetJointState(
-            self.body, self.joints[name], position, physicsClientId=self.client
-        )
+    def _inertial(self, link: int) -> tuple[list[float], list[float]]:
+        body, client = self.simulation.body, self.simulation.client
+        if link < 0:
+            return pybullet.getBasePositionAndOrientation(body, client)
+        return pybullet.getLinkState(body, link, 0, 1, physicsClientId=client)[:2]
+
+
+def _arguments(kind: int, size: tuple[float, float, float]) -> dict[str, object]:
+    """Turn what `getCollisionShapeData` tells of a shape into what makes it again."""
+    if kind == pybullet.GEOM_BOX:
+        return {"halfExtents": [side / 2.0 for side in size]}
+    if kind == pybullet.GEOM_CYLINDER:
+        return {"height": size[0], "radius": size[1]}
+    assert kind == pybullet.GEOM_SPHERE, f"no shape of kind {kind} is expected"
+    return {"radius": size[0]}
