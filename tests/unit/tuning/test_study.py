@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from pipeline.tuning.objective import draw
 from pipeline.tuning.study import open_study, run_trials, study_name, trials_table
 
 
+@cache
 def config(*overrides: str) -> Config:
     return compose(["profile=smoke", "robot=nico", "tune.trials=6", *overrides])
 
