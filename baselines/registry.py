@@ -28,14 +28,17 @@ def settings(name: str) -> dict[str, Any]:
 
     Raises:
         UnknownSolverError: No solver is called `name`.
-        SolverError: Its YAML does not name a class.
+        SolverError: Its YAML is broken or does not name a class.
     """
     if name not in names():
         close = difflib.get_close_matches(name, names(), n=1)
         hint = f"; did you mean {close[0]!r}?" if close else "."
         raise UnknownSolverError(f"unknown solver {name!r}{hint} Solvers are: {', '.join(names())}")
     path = FOLDER / f"{name}.yaml"
-    values = yaml.safe_load(path.read_text())
+    try:
+        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise SolverError(f"{path} is not YAML: {' '.join(str(error).split())}") from error
     if not isinstance(values, dict) or not isinstance(values.get("_target_"), str):
         raise SolverError(f"{path}: expected a mapping with `_target_: module.Class`")
     return values

@@ -6,10 +6,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 import baselines
-from baselines import SkippedSolver, Solver, SolverError
+from baselines import SkippedSolver, Solver
 from baselines.registry import settings
 from pipeline.learning.weights import CARD, WeightsError
 from pipeline.provenance import ROOT
@@ -48,21 +46,7 @@ def is_neural(name: str) -> bool:
     Raises:
         UnknownSolverError: There is no solver of that name.
     """
-    return "weights" in solver_settings(name)
-
-
-def solver_settings(name: str) -> dict[str, Any]:
-    """Return what conf/solver/<name>.yaml says.
-
-    Raises:
-        SolverError: There is no solver of that name, or its file is broken.
-    """
-    try:
-        return settings(name)
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise SolverError(
-            f"conf/solver/{name}.yaml is not YAML: {' '.join(str(error).split())}"
-        ) from error
+    return "weights" in settings(name)
 
 
 def check_solvers(asked: Mapping[str, Iterable[str]], robot: Robot) -> None:
@@ -78,7 +62,7 @@ def check_solvers(asked: Mapping[str, Iterable[str]], robot: Robot) -> None:
     """
     for key, names in asked.items():
         for name in names:
-            solver_settings(name)
+            settings(name)
             if reason := baselines.skip(name, robot):
                 raise SkippedSolver(
                     f"{key}: solver '{name}' cannot run for {robot.name}: {reason}; take another "

@@ -12,10 +12,10 @@ from collections.abc import Callable
 import numpy as np
 
 import baselines
+from baselines.registry import settings
 from pipeline import provenance
 from pipeline.config import bench_lists
 from pipeline.errors import PipelineError
-from pipeline.solvers import solver_settings
 from robots import available_robots, load_robot
 
 HELP_FLAGS = ("-h", "--help")
@@ -57,7 +57,7 @@ def robots() -> int:
 def solvers() -> int:
     """List the solvers and say which cannot run here."""
     for name in baselines.names():
-        target = solver_settings(name)["_target_"]
+        target = settings(name)["_target_"]
         kind = "neural" if target.startswith("pipeline.") else "numerical"
         print(f"{name:<20} {kind:<10} {baselines.skip(name) or 'ready'}")
     return 0
@@ -82,7 +82,6 @@ def doctor() -> int:
         print(f"  {package:<20} {version}")
     missing = [package for package, version in found.items() if version == "not installed"]
     for name in baselines.names():
-        solver_settings(name)
         if reason := baselines.skip(name):
             print(f"  solver {name:<13} is skipped: {reason} (pip install .[solvers])")
     if missing:

@@ -6,9 +6,7 @@ import re
 import shutil
 from pathlib import Path
 
-import yaml
-
-from pipeline.config import CONF_DIR
+from pipeline.config import bench_lists
 from pipeline.data.files import replacing, write_text
 from pipeline.errors import MissingArtifactError
 from pipeline.provenance import ROOT
@@ -35,7 +33,7 @@ BLOCK = re.compile(r"(<!-- table: [^>]*-->\n).*?(<!-- end of table -->)", re.DOT
 
 def readme(arguments: list[str]) -> int:
     """Copy pictures to results/readme/ and renew the table between its marks in README.md."""
-    bench = yaml.safe_load((CONF_DIR / "bench.yaml").read_text(encoding="utf-8"))
+    bench = bench_lists()
     folder = ROOT / "results" / bench["profile"]
     robot = arguments[0] if arguments else bench["grasp_robots"][0]
     for name, pattern in PICTURES.items():

@@ -14,6 +14,7 @@ from torch import Tensor, nn
 from tqdm import tqdm
 
 from pipeline.learning import checkpoint
+from pipeline.learning.batches import Batches
 from pipeline.learning.checkpoint import Progress
 from pipeline.learning.kinematics import make_kinematics
 from pipeline.learning.losses import (
@@ -25,7 +26,6 @@ from pipeline.learning.losses import (
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.rotation import quaternion_from_matrix
 from pipeline.progress import LOGGER, bar
-from pipeline.seeding import derive_seed
 from pipeline.settings import TrainConfig
 from robots import Robot
 
@@ -240,34 +240,6 @@ class Trainer:
         path = self.run.checkpoint
         if path is not None:
             checkpoint.save(path, self.run.digest, progress, self.network, self.optimizer)
-
-
-class Batches:
-    """Indices of the poses of each step: every epoch in an order of its own.
-
-    The order follows from the seed and the epoch alone, so a resumed run draws what an
-    uninterrupted one draws.
-
-    Args:
-        count: Poses in the set.
-        size: Poses a step; a last, smaller batch is left out.
-        seed: Root of the orders.
-    """
-
-    def __init__(self, count: int, size: int, seed: int) -> None:
-        self.count, self.size, self.seed = count, size, seed
-        self.per_epoch = count // size
-        self._epoch = -1
-        self._order = torch.empty(0, dtype=torch.long)
-
-    def indices(self, step: int) -> Tensor:
-        """Return the indices (size,) of a step."""
-        epoch, place = divmod(step, self.per_epoch)
-        if epoch != self._epoch:
-            generator = torch.Generator().manual_seed(derive_seed(self.seed, "epoch", epoch))
-            self._order = torch.randperm(self.count, generator=generator)
-            self._epoch = epoch
-        return self._order[place * self.size : (place + 1) * self.size]
 
 
 def pick_device(name: str) -> torch.device:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import baselines
-from baselines import SkippedSolver
 from pipeline import provenance
 from pipeline.artifacts import exclusive
 from pipeline.data.dataset import read_split
@@ -19,14 +17,14 @@ from pipeline.evaluation.runner import (
 )
 from pipeline.progress import bar
 from pipeline.settings import Config
+from pipeline.solvers import check_solvers
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of, solver_of
-from robots import Robot
 
 
 def run(config: Config) -> list[Path]:
     """Write the raw rows of every solver of ``evaluate.solvers``, one Parquet file each."""
     robot = robot_of(config)
-    _check_solvers(config.evaluate.solvers, robot)
+    check_solvers({"evaluate.solvers": config.evaluate.solvers}, robot)
     poses = read_split(dataset_of(config), "test", robot).poses
     poses = poses[: config.evaluate.poses or None]
     folders = artifacts(config)
@@ -49,14 +47,3 @@ def run(config: Config) -> list[Path]:
             clear_parts(parts)
         written.append(path)
     return written
-
-
-def _check_solvers(names: list[str], robot: Robot) -> None:
-    """Stop before the first solver has begun if one of them has an unknown name or cannot run."""
-    for name in names:
-        reason = baselines.skip(name, robot)
-        if reason is not None:
-            raise SkippedSolver(
-                f"solver '{name}' cannot run for {robot.name}: {reason}; leave it out of "
-                f"evaluate.solvers, or see `python -m pipeline solvers`"
-            )

@@ -9,12 +9,11 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from omegaconf import OmegaConf
-
 from baselines import Solver
 from pipeline.artifacts import Artifacts
 from pipeline.config import to_dict
 from pipeline.data.dataset import CARD, DatasetError, card_config
+from pipeline.data.files import read_yaml
 from pipeline.errors import ConfigError, choices
 from pipeline.learning.weights import CARD as WEIGHTS_CARD
 from pipeline.learning.weights import read_card
@@ -128,7 +127,6 @@ def trained_config(config: Config) -> Config:
         folders.tune(config.robot.name) / "best.yaml",
         f"python -m pipeline tune robot={config.robot.name} profile={config.profile}",
     )
-    best = OmegaConf.to_container(OmegaConf.load(path))
-    assert isinstance(best, dict)
+    best = read_yaml(path)
     train = replace(config.train, **best["train"])
     return replace(config, train=train, model=replace(config.model, **best["model"]))

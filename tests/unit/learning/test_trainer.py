@@ -9,8 +9,9 @@ import pytest
 import torch
 
 from pipeline.config import compose
+from pipeline.learning.batches import Batches
 from pipeline.learning.networks import build_network
-from pipeline.learning.trainer import Batches, Run, Trainer, TrainingError
+from pipeline.learning.trainer import Run, Trainer, TrainingError
 from pipeline.settings import Config
 from robots import Robot, load_robot
 

@@ -1,0 +1,36 @@
+"""Which poses a training step sees: a function of seed and step, so that a run can be resumed."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from pipeline.seeding import derive_seed
+
+
+class Batches:
+    """Indices of the poses of each step: every epoch in an order of its own.
+
+    The order follows from the seed and the epoch alone, so a resumed run draws what an
+    uninterrupted one draws.
+
+    Args:
+        count: Poses in the set.
+        size: Poses a step; a last, smaller batch is left out.
+        seed: Root of the orders.
+    """
+
+    def __init__(self, count: int, size: int, seed: int) -> None:
+        self.count, self.size, self.seed = count, size, seed
+        self.per_epoch = count // size
+        self._epoch = -1
+        self._order = torch.empty(0, dtype=torch.long)
+
+    def indices(self, step: int) -> Tensor:
+        """Return the indices (size,) of a step."""
+        epoch, place = divmod(step, self.per_epoch)
+        if epoch != self._epoch:
+            generator = torch.Generator().manual_seed(derive_seed(self.seed, "epoch", epoch))
+            self._order = torch.randperm(self.count, generator=generator)
+            self._epoch = epoch
+        return self._order[place * self.size : (place + 1) * self.size]
