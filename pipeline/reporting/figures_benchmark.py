@@ -230,11 +230,11 @@ def _points(axis: Axes, lines: pd.DataFrame, look: Look, label: str) -> None:
     times = ordered.time_per_pose_mean_us.to_numpy()
     axis.plot(times, np.full(len(times), error), color=look.colour, linewidth=0.8)
     axis.plot(times, np.full(len(times), error), look.marker, color=look.colour, label=label)
-    for time, batch in zip(times, ordered.batch_size, strict=True):
-        if len(ordered) > 1:
-            axis.annotate(
-                f"{batch:g}", (time, error), (0, 5), textcoords="offset points", ha="center", size=6
-            )
+    if len(ordered) > 1:  # large batches cost about the same a pose: only the ends are told
+        for place in (0, -1):
+            batch = f"{ordered.batch_size.iloc[place]:g}"
+            where = (times[place], error)
+            axis.annotate(batch, where, (0, 5), textcoords="offset points", ha="center", size=6)
 
 
 def _front(axis: Axes, lines: pd.DataFrame) -> None:
