@@ -24,6 +24,7 @@ Looking around:
   compare    what two results folders changed, in configuration and figures: compare A B
   doctor     versions, threads, accelerator, and what is missing
   where      where the tables, figures and the report are
+  readme     renew the table and the picture of README.md from the last run: readme [ROBOT]
 
 Overrides are Hydra's: robot=nico profile=smoke train.learning_rate=1.0e-4. With -m lists of values
 are swept, each run in a results folder of its own: train -m train.loss=former,smooth seed=0,1

@@ -33,6 +33,9 @@ BLOCK = re.compile(r"(<!-- table: [^>]*-->\n).*?(<!-- end of table -->)", re.DOT
 
 def readme(arguments: list[str]) -> int:
     """Copy pictures to results/readme/ and renew the table between its marks in README.md."""
+    if arguments[:1] in (["-h"], ["--help"]):
+        print("python -m pipeline readme [ROBOT]: renew README.md from the default profile's run")
+        return 0
     bench = bench_lists()
     folder = ROOT / "results" / bench["profile"]
     robot = arguments[0] if arguments else bench["grasp_robots"][0]
