@@ -5,14 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import torch
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
 from pipeline.config import to_dict
-from pipeline.data.dataset import CARD, read_split
+from pipeline.data.dataset import CARD, PoseSet, read_split
 from pipeline.data.files import read_json, write_json, write_text
 from pipeline.learning.checkpoint import Progress
 from pipeline.learning.networks import build_network, parameter_count
@@ -31,7 +30,7 @@ def run(config: Config) -> list[Path]:
     folders = artifacts(config)
     data = dataset_of(config)
     folder = folders.train(robot.name, config.model.name)
-    poses, held_out = (read_split(data, split, robot).poses for split in ("train", "validation"))
+    poses, held_out = (read_split(data, split, robot) for split in ("train", "validation"))
     seed = derive_seed(config.seed, "train", robot.name, config.model.name)
     facts = [chain_facts(robot), to_dict(config.train), to_dict(config.model), seed]
     digest = provenance.digest([facts, read_json(data / CARD)["files"], provenance.versions()])
@@ -63,13 +62,11 @@ def _write(
     robot: Robot,
     trainer: Trainer,
     progress: Progress,
-    held_out: np.ndarray,
+    held_out: PoseSet,
     config: Config,
 ) -> None:
     """Write curve and metrics first and the card last: a card means that the rest is there."""
-    position, rotation = trainer.errors(
-        torch.as_tensor(held_out, dtype=torch.float32, device=trainer.device)
-    )
+    position, rotation = trainer.objective.errors(trainer.tensor(held_out.poses))
     metrics: dict[str, Any] = {
         "position_error_mm": float(position.mean()),
         "rotation_error_deg": float(rotation.mean()),

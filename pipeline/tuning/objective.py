@@ -10,7 +10,8 @@ from optuna.exceptions import TrialPruned
 
 from pipeline.data.dataset import PoseSet
 from pipeline.learning.networks import build_network, parameter_count
-from pipeline.learning.trainer import Run, Trainer
+from pipeline.learning.objective import CycleObjective
+from pipeline.learning.trainer import Run, Trainer, TrainingError
 from pipeline.seeding import derive_seed
 from pipeline.settings import Config, ModelConfig, Range, TrainConfig
 from robots import Robot
@@ -43,16 +44,18 @@ class Objective:
         trial.set_user_attr("hidden", model.hidden)
         run = Run(seed=seed, digest="", label=f"trial {trial.number}")
         trainer = Trainer(self.robot, network, train, run)
-        poses = self.train.poses[: tune.poses or None]
-        progress = trainer.fit(poses, self.validation.poses)
+        objective = trainer.objective
+        if not isinstance(objective, CycleObjective):
+            raise TrainingError(f"tune searches networks of the cycle, not model.kind={model.kind}")
+        limit = tune.poses or None
+        poses = PoseSet(self.train.poses[:limit], self.train.joints[:limit])
+        progress = trainer.fit(poses, self.validation)
         trial.set_user_attr("position_error_mm", progress.curve[-1]["validation_position_error_mm"])
         trial.set_user_attr(
             "rotation_error_deg", progress.curve[-1]["validation_rotation_error_deg"]
         )
-        held_out = torch.as_tensor(
-            self.validation.poses, dtype=torch.float32, device=trainer.device
-        )
-        position, rotation = trainer.validation_losses(held_out)
+        held_out = trainer.tensor(self.validation.poses)
+        position, rotation = objective.validation_losses(held_out)
         value = tune.objective_position * position + tune.objective_rotation * rotation
         if value != value:
             raise TrialPruned("the validation loss is NaN")

@@ -9,6 +9,7 @@ import pytest
 import torch
 
 from pipeline.config import compose
+from pipeline.data.dataset import PoseSet
 from pipeline.learning.batches import Batches
 from pipeline.learning.networks import build_network
 from pipeline.learning.trainer import Run, Trainer, TrainingError
@@ -28,8 +29,14 @@ def robot() -> Robot:
 
 
 @pytest.fixture(scope="module")
-def poses(robot: Robot) -> np.ndarray:
-    return robot.forward_kinematics(robot.sample(500, seed=1, collision_free=False))
+def poses(robot: Robot) -> PoseSet:
+    joints = robot.sample(500, seed=1, collision_free=False)
+    return PoseSet(robot.forward_kinematics(joints), joints)
+
+
+@pytest.fixture(scope="module")
+def held_out(poses: PoseSet) -> PoseSet:
+    return PoseSet(poses.poses[:100], poses.joints[:100])
 
 
 def trainer(robot: Robot, config: Config, run: Run) -> Trainer:
@@ -42,20 +49,20 @@ def weights(made: Trainer) -> dict[str, torch.Tensor]:
 
 
 @pytest.mark.parametrize("model", ["tiny", "compact"])
-def test_the_loss_falls(robot: Robot, poses: np.ndarray, model: str) -> None:
+def test_the_loss_falls(robot: Robot, poses: PoseSet, held_out: PoseSet, model: str) -> None:
     config = compose([*SMALL, f"model={model}", "train.epochs=6", "train.warm_up_steps=0"])
     made = trainer(robot, config, Run(seed=0, digest="", label="test"))
-    curve = made.fit(poses, poses[:100]).curve
+    curve = made.fit(poses, held_out).curve
     assert curve[-1]["loss"] < 0.8 * curve[0]["loss"]
     assert curve[-1]["learning_rate"] == 0.0
 
 
 def test_a_killed_run_ends_with_the_same_bits(
-    robot: Robot, poses: np.ndarray, tmp_path: Path
+    robot: Robot, poses: PoseSet, held_out: PoseSet, tmp_path: Path
 ) -> None:
     config = compose([*SMALL, "train.checkpoint_s=1.0e-9"])
     whole = trainer(robot, config, Run(seed=0, digest="d", label="whole"))
-    expected = whole.fit(poses, poses[:100])
+    expected = whole.fit(poses, held_out)
     path = tmp_path / "state.safetensors"
 
     def die(step: int, row: dict[str, float]) -> None:
@@ -64,9 +71,9 @@ def test_a_killed_run_ends_with_the_same_bits(
 
     first = trainer(robot, config, Run(0, "d", "first", checkpoint=path, report=die))
     with pytest.raises(Killed):
-        first.fit(poses, poses[:100])
+        first.fit(poses, held_out)
     second = trainer(robot, config, Run(0, "d", "second", checkpoint=path))
-    resumed = second.fit(poses, poses[:100])
+    resumed = second.fit(poses, held_out)
     assert resumed.curve == expected.curve
     for name, value in weights(whole).items():
         assert torch.equal(value, weights(second)[name]), name
@@ -75,39 +82,43 @@ def test_a_killed_run_ends_with_the_same_bits(
 
 
 def test_a_checkpoint_of_another_configuration_is_not_resumed(
-    robot: Robot, poses: np.ndarray, tmp_path: Path
+    robot: Robot, poses: PoseSet, held_out: PoseSet, tmp_path: Path
 ) -> None:
     path = tmp_path / "state.safetensors"
     config = compose([*SMALL, "train.checkpoint_s=1.0e-9"])
-    trainer(robot, config, Run(0, "one", "one", checkpoint=path)).fit(poses, poses[:100])
+    trainer(robot, config, Run(0, "one", "one", checkpoint=path)).fit(poses, held_out)
     assert path.exists()
     fresh = trainer(robot, config, Run(0, "two", "two", checkpoint=path))
-    assert fresh.fit(poses, poses[:100]).curve[0]["step"] == 5
+    assert fresh.fit(poses, held_out).curve[0]["step"] == 5
 
 
-def test_a_damaged_checkpoint_starts_anew(robot: Robot, poses: np.ndarray, tmp_path: Path) -> None:
+def test_a_damaged_checkpoint_starts_anew(
+    robot: Robot, poses: PoseSet, held_out: PoseSet, tmp_path: Path
+) -> None:
     path = tmp_path / "state.safetensors"
     path.write_bytes(b"cut off")
     made = trainer(robot, compose(SMALL), Run(0, "d", "x", checkpoint=path))
-    assert made.fit(poses, poses[:100]).step == 20
+    assert made.fit(poses, held_out).step == 20
 
 
 def test_steps_with_a_gradient_that_is_not_finite_change_nothing(
-    robot: Robot, poses: np.ndarray
+    robot: Robot, poses: PoseSet, held_out: PoseSet
 ) -> None:
-    broken = poses.copy()
-    broken[:, 0] = np.nan
+    broken = PoseSet(poses.poses.copy(), poses.joints)
+    broken.poses[:, 0] = np.nan
     made = trainer(robot, compose([*SMALL, "train.weight_decay=0.1"]), Run(0, "", "nan"))
     before = weights(made)
-    progress = made.fit(broken, poses[:100])
+    progress = made.fit(broken, held_out)
     assert progress.skipped == progress.step == 20
     assert all(torch.equal(before[name], value) for name, value in weights(made).items())
 
 
-def test_a_batch_larger_than_the_set_is_refused(robot: Robot, poses: np.ndarray) -> None:
+def test_a_batch_larger_than_the_set_is_refused(
+    robot: Robot, poses: PoseSet, held_out: PoseSet
+) -> None:
     made = trainer(robot, compose([*SMALL, "train.batch_size=501"]), Run(0, "", "big"))
     with pytest.raises(TrainingError, match=r"batch_size 501 .*500 poses"):
-        made.fit(poses, poses[:10])
+        made.fit(poses, held_out)
 
 
 def test_an_epoch_shows_every_pose_once_and_in_another_order() -> None:
