@@ -42,9 +42,10 @@ class Artifacts:
         """Folder of the trained weights of a model for a robot."""
         return self.root / "train" / robot / model
 
-    def evaluate(self, robot: str, solver: str) -> Path:
-        """Raw rows of a solver on the test poses of a robot."""
-        return self.root / "evaluate" / robot / f"{solver}.parquet"
+    def evaluate(self, robot: str, solver: str, seeded_by: str = "") -> Path:
+        """Raw rows of a solver on the test poses of a robot, apart where another seeded it."""
+        folder = self.root / "evaluate" / robot
+        return (folder / f"seeded_by_{seeded_by}" if seeded_by else folder) / f"{solver}.parquet"
 
     def plan(self, robot: str) -> Path:
         """Folder of the planner benchmark of a robot."""

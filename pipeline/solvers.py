@@ -9,6 +9,7 @@ from typing import Any
 import baselines
 from baselines import SkippedSolver, Solver
 from baselines.registry import settings
+from pipeline.errors import ConfigError
 from pipeline.learning.weights import CARD, WeightsError
 from pipeline.provenance import ROOT
 from robots import Robot
@@ -68,6 +69,22 @@ def check_solvers(asked: Mapping[str, Iterable[str]], robot: Robot) -> None:
                     f"{key}: solver '{name}' cannot run for {robot.name}: {reason}; take another "
                     f"one, see `python -m pipeline solvers`"
                 )
+
+
+def check_seeder(key: str, name: str, robot: Robot) -> None:
+    """Stop before anything is made if a solver cannot give initial guesses.
+
+    Raises:
+        UnknownSolverError: There is no solver of that name.
+        SkippedSolver: It cannot run here or for this robot.
+        ConfigError: It is a local solver, which needs an initial guess itself.
+    """
+    check_solvers({key: [name]}, robot)
+    if not is_neural(name):
+        neural = ", ".join(n for n in baselines.names() if is_neural(n))
+        raise ConfigError(
+            f"{key}: '{name}' needs an initial guess itself; expected home or one of {neural}"
+        )
 
 
 def find_weights(robot: str) -> Path:

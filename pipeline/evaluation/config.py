@@ -9,6 +9,7 @@ from omegaconf import MISSING
 from pipeline.checks import at_least, one_of, positive, positive_all
 
 NOT_FOUND_POLICIES = ("idle", "nan")
+HOME = "home"  # the initial guess that is no solver's answer
 
 
 @dataclass
@@ -29,6 +30,7 @@ class EvaluateConfig:
     """Solvers, their budget, and how time is taken."""
 
     solvers: list[str] = MISSING
+    seeded_by: str = MISSING
     poses: int = MISSING
     time_s: float | None = MISSING
     iterations: int | None = MISSING
@@ -37,9 +39,14 @@ class EvaluateConfig:
     claim: Tolerance = field(default_factory=Tolerance)
     limit_slack: float = MISSING
     batch_sizes: list[int] = MISSING
+    answered_in_batches: dict[str, int] = MISSING
     latency_poses: int = MISSING
     warm_up: int = MISSING
     threads: int = MISSING
+    pinned: bool = MISSING
+    first_core: int = MISSING
+    side_by_side: int = MISSING
+    keep: bool = MISSING
     chunk: int = MISSING
 
     def __post_init__(self) -> None:
@@ -51,9 +58,12 @@ class EvaluateConfig:
         if self.iterations is not None:
             positive("evaluate.iterations", self.iterations)
         positive_all("evaluate.batch_sizes", self.batch_sizes)
+        if isinstance(self.answered_in_batches, dict) and self.answered_in_batches:
+            positive_all("evaluate.answered_in_batches", list(self.answered_in_batches.values()))
         at_least("evaluate.limit_slack", self.limit_slack, 0)
         at_least("evaluate.warm_up", self.warm_up, 0)
-        for name in ("latency_poses", "threads", "chunk"):
+        at_least("evaluate.first_core", self.first_core, 0)
+        for name in ("latency_poses", "threads", "side_by_side", "chunk"):
             positive(f"evaluate.{name}", getattr(self, name))
         if not isinstance(self.solvers, str) and not self.solvers:
             raise ValueError("evaluate.solvers must name at least one solver")

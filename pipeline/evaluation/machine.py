@@ -34,20 +34,35 @@ def fingerprint_hash(fingerprint: dict[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:8]
 
 
+def usable_cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 @contextmanager
-def pinned(threads: int) -> Iterator[None]:
+def pinned(threads: int, cores: bool = True, first: int = 0) -> Iterator[None]:
     """Keep this process on ``threads`` cores, torch and Numba on as many threads; then undo it.
 
     Does what the system allows: where processes cannot be pinned, only the thread pools are held
     back.
+
+    Args:
+        threads: Cores, and threads of torch and Numba.
+        cores: False holds back the thread pools only; threads of a solver's own roam.
+        first: Which of the usable cores is the first, counted round.
     """
     before_torch, before_numba = torch.get_num_threads(), numba.get_num_threads()
-    before_cores = os.sched_getaffinity(0) if hasattr(os, "sched_setaffinity") else set()
+    can_pin = cores and hasattr(os, "sched_setaffinity")
+    before_cores = os.sched_getaffinity(0) if can_pin else set()
     try:
         torch.set_num_threads(threads)
         numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
         if before_cores:
-            os.sched_setaffinity(0, sorted(before_cores)[:threads])
+            usable = sorted(before_cores)
+            chosen = {usable[(first + k) % len(usable)] for k in range(threads)}
+            os.sched_setaffinity(0, chosen)
         yield
     finally:
         torch.set_num_threads(before_torch)

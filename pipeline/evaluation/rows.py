@@ -42,9 +42,12 @@ COLUMNS = {
     "time_per_pose_us": "wall time of the call, shared out over its poses [us]",
     "solver_time_us": "the solver's own clock, per pose [us]",
     "iterations": "iterations, summed over restarts",
+    "seeded_by": "where the initial guess came from: home, or the solver that gave it",
+    "seed_time_us": "wall time of the call that gave it, per pose, not in time_per_pose_us [us]",
     "target_x_m": "position of the target in the base frame [m]; likewise y and z",
     "q0": "returned joints, base to tip: q0, q1, … [rad or m]",
-    "threads": "cores that the process was pinned to",
+    "threads": "cores that the process was allowed",
+    "pinned": "whether these were as many as asked for, rather than all there are",
     "machine": "hash of the machine's fingerprint, which the table's metadata hold in full",
 }
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,52 +16,18 @@ from baselines import Budget, QuerySolver, Solution, Solver, SolverError
 from pipeline.errors import PipelineError
 from pipeline.evaluation.config import EvaluateConfig
 from pipeline.evaluation.identity import solver_identity
-from pipeline.evaluation.machine import fingerprint_hash, machine_fingerprint, pinned
+from pipeline.evaluation.machine import fingerprint_hash, machine_fingerprint, pinned, usable_cores
 from pipeline.evaluation.parts import Parts, array_checksum
 from pipeline.evaluation.rows import raw_rows
-
-if TYPE_CHECKING:
-    from robots import Robot
+from pipeline.evaluation.subject import Subject
 
 Array = NDArray[np.float64]
 NS_PER_US = 1e3
+UNASKED = ("solvers", "keep", "first_core")  # settings that rows do not depend on
 
 
 class EvaluationError(PipelineError):
     """An evaluation that cannot be run, or a solver that breaks its protocol."""
-
-
-@dataclass(frozen=True)
-class Subject:
-    """What is evaluated: one solver of one robot on one set of poses.
-
-    Attributes:
-        robot: The robot.
-        solver: The solver, made for that robot.
-        poses: (N, 7) targets in the base frame.
-        seed: Seed of the solver or of the training behind it; a column of the rows.
-        name: Name of the solver in the rows; its own where left out.
-        initial: (dof,) or (N, dof) initial guesses; the robot's home configuration if None.
-    """
-
-    robot: Robot
-    solver: Solver
-    poses: Array
-    seed: int = 0
-    name: str = ""
-    initial: Array | None = None
-
-    @property
-    def label(self) -> str:
-        """Name of the solver in the rows."""
-        return self.name or self.solver.name
-
-    def part(self, start: int, stop: int) -> Subject:
-        """Return the same subject on the poses ``start`` to ``stop``."""
-        initial = self.initial
-        if initial is not None and initial.ndim == 2:
-            initial = initial[start:stop]
-        return replace(self, poses=self.poses[start:stop], initial=initial)
 
 
 def evaluate_solver(
@@ -72,10 +38,11 @@ def evaluate_solver(
 ) -> pd.DataFrame:
     """Solve every pose and record joints, true errors, claims and time, one row a pose and batch.
 
-    The first of ``config.batch_sizes`` answers all poses. The others are for time: they answer the
-    first ``config.latency_poses`` (at least one batch) and only where the solver answers whole
-    batches; sizes beyond the number of poses are left out. A solver that fails on a call gives rows
-    with ``found = false``, its home configuration and the reason; nothing is dropped.
+    One batch size answers all poses: the first of ``config.batch_sizes``, or the solver's in
+    ``config.answered_in_batches``. The others are for time: they answer ``config.latency_poses``
+    (at least one batch, a small test set again from its start) and only where the solver answers
+    whole batches. A solver that fails on a call gives rows with ``found = false``, its home
+    configuration and the reason; nothing is dropped.
 
     Args:
         subject: Solver, robot and poses.
@@ -92,23 +59,30 @@ def evaluate_solver(
     """
     if len(subject.poses) == 0:
         raise EvaluationError("expected at least one pose to evaluate, got none")
-    fingerprint = machine_fingerprint(config.threads)
-    machine = fingerprint_hash(fingerprint)
+    threads = allowed_threads(config)
+    machine = fingerprint_hash(machine_fingerprint(threads))
     parts = Parts(parts_folder, question(subject, config))
-    with pinned(config.threads):
+    with pinned(config.threads, cores=config.pinned, first=config.first_core):
         _warm_up(subject, config)
         frames = []
         for batch_size, start, stop in plan_chunks(subject, config):
             name = f"batch{batch_size}_{start:08d}"
             rows = parts.get(name)
             if rows is None:
-                rows = _solve_chunk(subject.part(start, stop), config, batch_size, start)
-                rows["threads"], rows["machine"] = config.threads, machine
+                part = subject.part(start, stop)
+                rows = _solve_chunk(part, config, batch_size, start, len(subject.poses))
+                rows["threads"], rows["pinned"] = threads, config.pinned
+                rows["machine"] = machine
                 parts.put(name, rows)
             frames.append(rows)
             if progress is not None:
                 progress(stop - start)
     return pd.concat(frames, ignore_index=True)
+
+
+def allowed_threads(config: EvaluateConfig) -> int:
+    """Return how many cores an evaluation may use."""
+    return config.threads if config.pinned else usable_cores()
 
 
 def count_poses(subject: Subject, config: EvaluateConfig) -> int:
@@ -136,58 +110,71 @@ def question(subject: Subject, config: EvaluateConfig) -> dict[str, Any]:
         "solver_budget": None if budget is None else asdict(budget),
         "seed": subject.seed,
         "initial": initial or "home",
+        "seeded_by": subject.seeded_by,
+        "seeder_identity": solver_identity(subject.seeder) if subject.seeder else None,
         "poses": len(subject.poses),
         "poses_checksum": array_checksum(subject.poses),
-        "evaluate": {**asdict(config), "solvers": None},
-        "machine": machine_fingerprint(config.threads),
+        "evaluate": {k: v for k, v in asdict(config).items() if k not in UNASKED},
+        "machine": machine_fingerprint(allowed_threads(config)),
     }
 
 
 def plan_chunks(subject: Subject, config: EvaluateConfig) -> Iterator[tuple[int, int, int]]:
     """Yield batch size, first and last-but-one pose of every chunk, in the order of work."""
     total = len(subject.poses)
-    for rank, batch_size in enumerate(config.batch_sizes):
+    for rank, batch_size in enumerate(batch_sizes(subject.solver, config)):
         end = total
         if rank > 0:
-            one_by_one = isinstance(subject.solver, QuerySolver)
-            if one_by_one or batch_size > total:
+            if isinstance(subject.solver, QuerySolver):
                 continue
-            end = min(total, max(config.latency_poses, batch_size)) // batch_size * batch_size
+            end = max(config.latency_poses // batch_size, 1) * batch_size
         length = max(config.chunk // batch_size, 1) * batch_size
         for start in range(0, end, length):
             yield batch_size, start, min(start + length, end)
 
 
+def batch_sizes(solver: Solver, config: EvaluateConfig) -> list[int]:
+    """Return the batch sizes of a solver, that of the errors first."""
+    first = config.answered_in_batches.get(solver.name, config.batch_sizes[0])
+    return [first, *(size for size in config.batch_sizes if size != first)]
+
+
 def _warm_up(subject: Subject, config: EvaluateConfig) -> None:
     """Let caches fill and compilers run, at every batch size, before anything is timed."""
     budget = _budget(subject.solver, config)
-    for batch_size in config.batch_sizes:
-        count = min(len(subject.poses), max(config.warm_up, batch_size)) if config.warm_up else 0
+    for batch_size in sorted({size for size, _, _ in plan_chunks(subject, config)}):
+        count = max(config.warm_up, batch_size) if config.warm_up else 0
         for start in range(0, count, batch_size):
-            _call(subject.part(start, min(start + batch_size, count)), budget)
+            _call(subject.part(start, min(start + batch_size, count)).seeded(), budget)
 
 
 def _solve_chunk(
-    subject: Subject, config: EvaluateConfig, batch_size: int, first: int
+    subject: Subject, config: EvaluateConfig, batch_size: int, first: int, total: int
 ) -> pd.DataFrame:
     budget = _budget(subject.solver, config)
-    answers, times = [], []
+    answers, times, seed_times = [], [], []
     for start in range(0, len(subject.poses), batch_size):
-        part = subject.part(start, start + batch_size)
+        part = subject.part(start, min(start + batch_size, len(subject.poses)))
+        asked = time.perf_counter_ns()
+        seeded = part.seeded()
         begin = time.perf_counter_ns()
-        solution = _call(part, budget)
-        elapsed = time.perf_counter_ns() - begin
+        solution = _call(seeded, budget)
+        end = time.perf_counter_ns()
         answers.append(solution)
-        times.append(np.full(len(solution), elapsed / len(solution) / NS_PER_US))
-    always_answers = subject.label in config.always_answer
+        count = len(solution)
+        times.append(np.full(count, (end - begin) / count / NS_PER_US))
+        seeding = begin - asked if subject.seeder is not None else 0
+        seed_times.append(np.full(count, seeding / count / NS_PER_US))
+    always_answers = subject.solver.name in config.always_answer
     rows = raw_rows(
         subject.robot, subject.poses, answers, np.concatenate(times), config, always_answers
     )
     rows.insert(0, "robot", subject.robot.name)
     rows.insert(1, "solver", subject.label)
     rows.insert(2, "seed", subject.seed)
-    rows.insert(3, "pose", np.arange(first, first + len(rows)))
+    rows.insert(3, "pose", np.arange(first, first + len(rows)) % total)
     rows.insert(4, "batch_size", batch_size)
+    rows["seeded_by"], rows["seed_time_us"] = subject.seeded_by, np.concatenate(seed_times)
     return rows
 
 

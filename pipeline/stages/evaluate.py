@@ -4,46 +4,61 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from baselines import Solver
 from pipeline import provenance
 from pipeline.artifacts import exclusive
 from pipeline.data.dataset import read_split
 from pipeline.data.tables import write_table
-from pipeline.evaluation.runner import (
-    Subject,
-    clear_parts,
-    count_poses,
-    evaluate_solver,
-    question,
-)
-from pipeline.progress import bar
+from pipeline.evaluation.config import HOME
+from pipeline.evaluation.runner import clear_parts, count_poses, evaluate_solver, question
+from pipeline.evaluation.subject import Subject, row_name
+from pipeline.evaluation.whole import is_whole
+from pipeline.progress import LOGGER, bar
 from pipeline.settings import Config
-from pipeline.solvers import check_solvers
+from pipeline.solvers import check_seeder, check_solvers
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of, solver_of
+from robots import Robot
 
 
 def run(config: Config) -> list[Path]:
     """Write the raw rows of every solver of ``evaluate.solvers``, one Parquet file each."""
     robot = robot_of(config)
     check_solvers({"evaluate.solvers": config.evaluate.solvers}, robot)
+    seeder = _seeder(robot, config)
     poses = read_split(dataset_of(config), "test", robot).poses
     poses = poses[: config.evaluate.poses or None]
-    folders = artifacts(config)
     written = []
     for name in config.evaluate.solvers:
-        subject = Subject(robot, solver_of(name, robot, config), poses, seed=config.seed)
-        path = folders.evaluate(robot.name, name)
-        parts = folders.root / "checkpoint" / f"evaluate-{robot.name}-{name}"
-        with (
-            exclusive(path),
-            bar(
-                count_poses(subject, config.evaluate), "pose", f"evaluate {robot.name} {name}"
-            ) as shown,
-        ):
-            rows = evaluate_solver(subject, config.evaluate, parts, shown.update)
-            asked = question(subject, config.evaluate)
-            asked["profile"] = config.profile
-            facts = {**provenance.made_by(), "commit": provenance.commit(), **asked}
-            write_table(path, rows, facts)
-            clear_parts(parts)
-        written.append(path)
+        label = row_name(name, config.evaluate.pinned)
+        solver = solver_of(name, robot, config)
+        subject = Subject(robot, solver, poses, config.seed, label, seeder=seeder)
+        written.append(_evaluate(subject, config))
     return written
+
+
+def _seeder(robot: Robot, config: Config) -> Solver | None:
+    name = config.evaluate.seeded_by
+    if name == HOME:
+        return None
+    check_seeder("evaluate.seeded_by", name, robot)
+    return solver_of(name, robot, config)
+
+
+def _evaluate(subject: Subject, config: Config) -> Path:
+    robot, label = subject.robot.name, subject.label
+    seeded_by = subject.seeder.name if subject.seeder is not None else ""
+    folders = artifacts(config)
+    path = folders.evaluate(robot, label, seeded_by)
+    told = f"evaluate-{robot}-{label}" + (f"-{seeded_by}" if seeded_by else "")
+    parts = folders.root / "checkpoint" / told
+    asked = {**question(subject, config.evaluate), "profile": config.profile}
+    with exclusive(path):
+        if config.evaluate.keep and is_whole(path, asked):
+            LOGGER.info("%s holds these rows already", path)
+            return path
+        with bar(count_poses(subject, config.evaluate), "pose", told.replace("-", " ")) as shown:
+            rows = evaluate_solver(subject, config.evaluate, parts, shown.update)
+        facts = {**provenance.made_by(), "commit": provenance.commit(), **asked}
+        write_table(path, rows, facts)
+        clear_parts(parts)
+    return path

@@ -1,5 +1,6 @@
 """Raw rows of scripted solvers on a two-link arm: nothing is believed and nothing is dropped."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,12 +16,12 @@ from pipeline.evaluation.judge import JudgeError, tip_poses
 from pipeline.evaluation.rows import COLUMNS
 from pipeline.evaluation.runner import (
     EvaluationError,
-    Subject,
     count_poses,
     evaluate_solver,
     plan_chunks,
     question,
 )
+from pipeline.evaluation.subject import Subject, row_name, solver_of_rows
 from robots import load_robot
 
 TWO_LINK = Path(__file__).parents[2] / "fixtures" / "two_link.urdf"
@@ -69,6 +70,7 @@ def robot():
 def config():
     return EvaluateConfig(
         solvers=["scripted"],
+        seeded_by="home",
         poses=0,
         time_s=None,
         iterations=None,
@@ -77,9 +79,14 @@ def config():
         claim=Tolerance(position_mm=10.0, rotation_deg=20.0),
         limit_slack=1e-6,
         batch_sizes=[1],
+        answered_in_batches={},
         latency_poses=4,
         warm_up=0,
         threads=1,
+        pinned=True,
+        first_core=0,
+        side_by_side=1,
+        keep=False,
         chunk=5,
     )
 
@@ -153,12 +160,69 @@ def test_a_mistake_in_a_solver_is_not_hidden(robot, config):
 
 
 def test_batches_first_for_all_poses_then_for_time(robot, config):
-    config = replace(config, batch_sizes=[5, 2, 100], latency_poses=3)
+    config = replace(config, batch_sizes=[5, 2], latency_poses=3)
     given = subject(robot, Scripted(robot, robot.home))
     rows = evaluate_solver(given, config)
     assert rows.groupby("batch_size").size().to_dict() == {2: 2, 5: 12}
     assert rows[rows.batch_size == 5].pose.tolist() == list(range(12))
     assert count_poses(given, config) == len(rows) == 14
+
+
+def test_a_batch_larger_than_the_test_set_goes_through_it_again(robot, config):
+    config = replace(config, batch_sizes=[1, 30])
+    given = subject(robot, Scripted(robot, robot.home))
+    rows = evaluate_solver(given, config)
+    large = rows[rows.batch_size == 30]
+    assert large.pose.tolist() == [k % 12 for k in range(30)]
+    again = large[large.pose == 5]
+    assert again.target_x_m.nunique() == 1
+    assert large.time_per_pose_us.nunique() == 1
+
+
+def test_a_solver_that_is_slow_pose_by_pose_is_judged_in_batches(robot, config):
+    config = replace(config, batch_sizes=[1, 4], answered_in_batches={"scripted": 6})
+    rows = evaluate_solver(subject(robot, Scripted(robot, robot.home)), config)
+    assert rows.batch_size.unique().tolist() == [6, 1, 4]
+    assert rows.groupby("batch_size").size().to_dict() == {6: 12, 1: 4, 4: 4}
+
+
+class Seeder(Solver):
+    """Answers with joints that depend on the pose, so that a mix-up would show."""
+
+    name = "seeder"
+
+    def _solve_batch(self, poses, initial, budget):
+        solution = Solution.empty(len(poses), self.robot.dof)
+        joints = np.repeat(poses[:, :1], self.robot.dof, axis=1)
+        return replace(solution, joints=joints, reason=("not a solution",) * len(poses))
+
+
+@pytest.mark.parametrize("batch_size", [1, 4])
+def test_each_pose_starts_from_the_seed_of_that_pose(robot, config, batch_size):
+    given = replace(subject(robot, OneByOne(robot)), seeder=Seeder(robot))
+    rows = evaluate_solver(given, replace(config, batch_sizes=[batch_size]))
+    inside = np.clip(rows.target_x_m, robot.lower[0], robot.upper[0])
+    np.testing.assert_array_equal(rows.q0, inside)
+    assert (rows.seeded_by == "seeder").all()
+    assert (rows.seed_time_us > 0).all()
+    assert question(given, config)["seeder_identity"]["class"].endswith("Seeder")
+    home = evaluate_solver(replace(given, seeder=None), config)
+    assert (home.seeded_by == "home").all()
+    assert (home.seed_time_us == 0).all()
+
+
+def test_rows_say_whether_they_were_pinned_and_to_how_many_cores(robot, config):
+    given = subject(robot, Scripted(robot, robot.home))
+    cores = len(os.sched_getaffinity(0))
+    rows = evaluate_solver(given, config)
+    assert rows.pinned.all()
+    assert (rows.threads == 1).all()
+    free = evaluate_solver(given, replace(config, pinned=False))
+    assert not free.pinned.any()
+    assert (free.threads == cores).all()
+    assert len(os.sched_getaffinity(0)) == cores
+    assert row_name("trac_ik", pinned=False) != row_name("trac_ik", pinned=True) == "trac_ik"
+    assert solver_of_rows(row_name("trac_ik", pinned=False)) == "trac_ik"
 
 
 def test_solvers_of_single_poses_are_not_timed_in_batches(robot, config):

@@ -1,0 +1,81 @@
+"""What is evaluated: one solver of one robot on one set of poses, and where it starts from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from baselines import Solver
+from pipeline.evaluation.config import HOME
+
+if TYPE_CHECKING:
+    from robots import Robot
+
+Array = NDArray[np.float64]
+UNPINNED = "_unpinned"  # ends the name of a solver in rows that were not measured on pinned cores
+
+
+def row_name(solver: str, pinned: bool) -> str:
+    """Return the name of a solver in the rows: one that used all cores is a solver of its own."""
+    return solver if pinned else f"{solver}{UNPINNED}"
+
+
+def solver_of_rows(name: str) -> str:
+    """Return the solver behind a name in the rows."""
+    return name.removesuffix(UNPINNED)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """One solver of one robot on one set of poses.
+
+    Attributes:
+        robot: The robot.
+        solver: The solver, made for that robot.
+        poses: (N, 7) targets in the base frame.
+        seed: Seed of the solver or of the training behind it; a column of the rows.
+        name: Name of the solver in the rows; its own where left out.
+        initial: (dof,) or (N, dof) initial guesses; the robot's home configuration if None.
+        seeder: Solver whose answers are the initial guesses instead; it is asked call by call.
+    """
+
+    robot: Robot
+    solver: Solver
+    poses: Array
+    seed: int = 0
+    name: str = ""
+    initial: Array | None = None
+    seeder: Solver | None = None
+
+    @property
+    def label(self) -> str:
+        """Name of the solver in the rows."""
+        return self.name or self.solver.name
+
+    @property
+    def seeded_by(self) -> str:
+        """Where initial guesses come from: home, given, or the name of the solver that is asked."""
+        if self.seeder is not None:
+            return self.seeder.name
+        return HOME if self.initial is None else "given"
+
+    def part(self, start: int, stop: int) -> Subject:
+        """Return it on the poses ``start`` to ``stop``; the first follows the last."""
+        if stop <= len(self.poses):
+            return self._at(slice(start, stop))
+        return self._at(np.arange(start, stop) % len(self.poses))
+
+    def _at(self, rows: slice | NDArray[np.int64]) -> Subject:
+        initial = self.initial
+        if initial is not None and initial.ndim == 2:
+            initial = initial[rows]
+        return replace(self, poses=self.poses[rows], initial=initial)
+
+    def seeded(self) -> Subject:
+        """Return the same subject with the seeder's answers as initial guesses."""
+        if self.seeder is None:
+            return self
+        return replace(self, initial=self.seeder.solve(self.poses).joints, seeder=None)
