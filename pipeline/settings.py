@@ -106,6 +106,8 @@ class TrainConfig:
     device: str = MISSING
     validations: int = MISSING
     checkpoint_s: float = MISSING
+    keep: str = MISSING
+    repetition: int = MISSING
     source: str = (
         MISSING  # `train.from` in YAML and on the command line: `from` is a Python keyword
     )
@@ -115,6 +117,8 @@ class TrainConfig:
         one_of("train.loss", self.loss, ("smooth", "former", "matrix"))
         one_of("train.kinematics", self.kinematics, ("auto", "compiled", "pytorch_kinematics"))
         one_of("train.device", self.device, ("auto", "cpu", "cuda"))
+        one_of("train.keep", self.keep, ("last", "best"))
+        at_least("train.repetition", self.repetition, 0)
         one_of("train.from", self.source, ("default", "best"))
         for name in ("position_beta", "rotation_beta", "batch_size", "learning_rate", "epochs"):
             positive(f"train.{name}", getattr(self, name))

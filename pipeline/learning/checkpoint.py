@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,8 @@ from torch import Tensor, nn
 from torch.optim import Optimizer
 
 from pipeline.data.files import replacing
+
+State = dict[str, Tensor]
 
 
 @dataclass
@@ -29,6 +32,8 @@ class Progress:
         loss_sum: Sum of the losses since the last validation.
         loss_steps: Number of losses in that sum.
         curve: One row for each validation so far.
+        best_step: Step of the validation with the smallest error; 0 before there was one.
+        best_error: That error, in units of `trainer.error_score`.
     """
 
     step: int = 0
@@ -36,12 +41,19 @@ class Progress:
     loss_sum: float = 0.0
     loss_steps: int = 0
     curve: list[dict[str, float]] = field(default_factory=list)
+    best_step: int = 0
+    best_error: float = math.inf
 
 
 def save(
-    path: Path, digest: str, progress: Progress, network: nn.Module, optimizer: Optimizer
+    path: Path,
+    digest: str,
+    progress: Progress,
+    network: nn.Module,
+    optimizer: Optimizer,
+    best: State,
 ) -> None:
-    """Write network, optimiser state and progress, atomically.
+    """Write network, optimiser state, best network so far and progress, atomically.
 
     Args:
         path: Checkpoint file.
@@ -49,8 +61,10 @@ def save(
         progress: How far the training is.
         network: Its parameters and buffers are kept.
         optimizer: Adam's moments are kept.
+        best: The network's tensors at the best validation so far; empty before there was one.
     """
     tensors = {f"network.{name}": value for name, value in network.state_dict().items()}
+    tensors |= {f"best.{name}": value for name, value in best.items()}
     for index, state in optimizer.state_dict()["state"].items():
         for name, value in state.items():
             tensors[f"optimizer.{index}.{name}"] = torch.as_tensor(value)
@@ -59,12 +73,14 @@ def save(
         save_file({name: value.contiguous() for name, value in tensors.items()}, partial, header)
 
 
-def restore(path: Path, digest: str, network: nn.Module, optimizer: Optimizer) -> Progress | None:
+def restore(
+    path: Path, digest: str, network: nn.Module, optimizer: Optimizer
+) -> tuple[Progress, State] | None:
     """Bring network and optimiser to where a killed run stood.
 
     Returns:
-        The progress of that run; None where there is no checkpoint, or one of another
-        configuration or one that cannot be read, in which case nothing is changed.
+        The progress of that run and its best network so far; None where there is no checkpoint, or
+        one of another configuration or one that cannot be read, in which case nothing is changed.
     """
     if not path.exists():
         return None
@@ -82,8 +98,8 @@ def restore(path: Path, digest: str, network: nn.Module, optimizer: Optimizer) -
         index, key = name.split(".", 1)
         state.setdefault(int(index), {})[key] = value
     optimizer.load_state_dict({**optimizer.state_dict(), "state": state})
-    return Progress(**json.loads(header["progress"]))
+    return Progress(**json.loads(header["progress"])), _part(tensors, "best.")
 
 
-def _part(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
+def _part(tensors: State, prefix: str) -> State:
     return {name.removeprefix(prefix): t for name, t in tensors.items() if name.startswith(prefix)}

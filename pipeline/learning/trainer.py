@@ -16,12 +16,14 @@ from tqdm import tqdm
 from pipeline.data.dataset import PoseSet
 from pipeline.learning import checkpoint
 from pipeline.learning.batches import Batches
-from pipeline.learning.checkpoint import Progress
+from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.objective import make_objective
 from pipeline.progress import LOGGER, bar
 from pipeline.settings import TrainConfig
 from robots import Robot
 
+# What an error counts when validations are compared: success in the paper is one of each.
+POSITION_UNIT_MM, ROTATION_UNIT_DEG = 10.0, 20.0
 Report = Callable[[int, dict[str, float]], None]
 
 
@@ -63,6 +65,7 @@ class Trainer:
         self.network = network.to(self.device)
         self.train = train
         self.run = run
+        self.best: State = {}
         self.objective = make_objective(robot, self.network, train, self.device, run.seed)
         # With a weight decay of zero AdamW is Adam.
         self.optimizer = torch.optim.AdamW(
@@ -99,6 +102,11 @@ class Trainer:
             self._save(progress)
             raise
         return progress
+
+    def states(self) -> dict[str, State]:
+        """Return the tensors of the network after the last step and at the best validation."""
+        last = _copied(self.network)
+        return {"last": last, "best": self.best or last}
 
     def tensor(self, values: NDArray[Any]) -> Tensor:
         """Return an array as a float32 tensor on the device."""
@@ -169,6 +177,10 @@ class Trainer:
             "learning_rate": self.learning_rate(done, total),
         }
         progress.curve.append(row)
+        score = error_score(row)
+        if score < progress.best_error:
+            progress.best_error, progress.best_step = score, done
+            self.best = _copied(self.network)
         progress.loss_sum, progress.loss_steps = 0.0, 0
         if self.run.report is not None:
             self.run.report(done, row)
@@ -180,13 +192,28 @@ class Trainer:
         found = checkpoint.restore(path, self.run.digest, self.network, self.optimizer)
         if found is None:
             return Progress()
-        LOGGER.info("going on from step %d of %d", found.step, total)
-        return found
+        progress, self.best = found
+        LOGGER.info("going on from step %d of %d", progress.step, total)
+        return progress
 
     def _save(self, progress: Progress) -> None:
         path = self.run.checkpoint
         if path is not None:
-            checkpoint.save(path, self.run.digest, progress, self.network, self.optimizer)
+            checkpoint.save(
+                path, self.run.digest, progress, self.network, self.optimizer, self.best
+            )
+
+
+def error_score(row: dict[str, float]) -> float:
+    """Return one number for a row of the curve: its errors in units of the paper's success."""
+    return (
+        row["validation_position_error_mm"] / POSITION_UNIT_MM
+        + row["validation_rotation_error_deg"] / ROTATION_UNIT_DEG
+    )
+
+
+def _copied(network: nn.Module) -> State:
+    return {name: value.detach().clone() for name, value in network.state_dict().items()}
 
 
 def pick_device(name: str) -> torch.device:

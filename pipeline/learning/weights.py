@@ -7,7 +7,7 @@ from typing import Any
 
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
-from torch import nn
+from torch import Tensor, nn
 
 from pipeline.data.files import read_json, replacing, sha256, write_json
 from pipeline.learning.networks import IkNetwork, build_network
@@ -16,6 +16,7 @@ from robots import Robot
 from robots.checksums import chain_checksum
 
 WEIGHTS = "weights.safetensors"
+OTHER_WEIGHTS = "other.safetensors"  # best where the last is kept, last where the best is
 CARD = "card.json"
 
 
@@ -23,12 +24,27 @@ class WeightsError(ValueError):
     """Weights that are missing, damaged, or belong to another robot."""
 
 
-def save_weights(folder: Path, network: nn.Module, card: dict[str, Any]) -> None:
-    """Write the weights and their card; the card holds their checksum and comes last."""
+def save_weights(
+    folder: Path, network: nn.Module, card: dict[str, Any], other: dict[str, Tensor] | None = None
+) -> None:
+    """Write the weights and their card; the card holds their checksum and comes last.
+
+    Args:
+        folder: Folder of the weights.
+        network: The network that solvers load.
+        card: What the weights are for.
+        other: Tensors of the same network at another step, to lie beside its weights.
+    """
     path = folder / WEIGHTS
-    with replacing(path) as partial:
-        save_file({n: t.contiguous().cpu() for n, t in network.state_dict().items()}, partial)
+    if other is not None:
+        _save(folder / OTHER_WEIGHTS, other)
+    _save(path, network.state_dict())
     write_json(folder / CARD, {**card, "weights_sha256": sha256(path)})
+
+
+def _save(path: Path, tensors: dict[str, Tensor]) -> None:
+    with replacing(path) as partial:
+        save_file({n: t.contiguous().cpu() for n, t in tensors.items()}, partial)
 
 
 def load_network(folder: Path, robot: Robot) -> IkNetwork:

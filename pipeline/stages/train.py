@@ -13,7 +13,7 @@ from pipeline.artifacts import exclusive
 from pipeline.config import to_dict
 from pipeline.data.dataset import CARD, PoseSet, read_split
 from pipeline.data.files import read_json, write_json, write_text
-from pipeline.learning.checkpoint import Progress
+from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.networks import build_network, parameter_count
 from pipeline.learning.trainer import Run, Trainer
 from pipeline.learning.weights import chain_facts, read_card, save_weights
@@ -24,14 +24,17 @@ from robots import Robot
 
 
 def run(config: Config) -> list[Path]:
-    """Train and write weights.safetensors, card.json, metrics.json and curve.csv."""
+    """Train and write weights.safetensors, card.json, metrics.json and curve.csv.
+
+    The last network is kept or the best, as `train.keep` says; other.safetensors is the other one.
+    """
     robot = robot_of(config)
     config = trained_config(config)
     folders = artifacts(config)
     data = dataset_of(config)
     folder = folders.train(robot.name, config.model.name)
     poses, held_out = (read_split(data, split, robot) for split in ("train", "validation"))
-    seed = derive_seed(config.seed, "train", robot.name, config.model.name)
+    seed = derive_seed(config.seed, "train", robot.name, config.model.name, config.train.repetition)
     facts = [chain_facts(robot), to_dict(config.train), to_dict(config.model), seed]
     digest = provenance.digest([facts, read_json(data / CARD)["files"], provenance.versions()])
     with exclusive(folder) as waited:
@@ -66,12 +69,14 @@ def _write(
     config: Config,
 ) -> None:
     """Write curve and metrics first and the card last: a card means that the rest is there."""
-    position, rotation = trainer.objective.errors(trainer.tensor(held_out.poses))
+    states, kept = trainer.states(), config.train.keep
+    errors = {name: _errors(trainer, state, held_out) for name, state in states.items()}
+    trainer.network.load_state_dict(states[kept])
     metrics: dict[str, Any] = {
-        "position_error_mm": float(position.mean()),
-        "rotation_error_deg": float(rotation.mean()),
-        "success_10mm_20deg": float(((position < 10) & (rotation < 20)).double().mean()),
+        **errors[kept],
         "skipped_steps": progress.skipped,
+        "last": errors["last"],
+        "best": {**errors["best"], "step": progress.best_step},
     }
     write_text(folder / "curve.csv", pd.DataFrame(progress.curve).to_csv(index=False))
     write_json(folder / "metrics.json", metrics)
@@ -84,6 +89,18 @@ def _write(
         parameters=parameter_count(trainer.network),
         device=str(trainer.device),
         run=trainer.run.digest,
+        kept=kept,
         validation=metrics,
     )
-    save_weights(folder, trainer.network, card)
+    save_weights(folder, trainer.network, card, states["best" if kept == "last" else "last"])
+
+
+def _errors(trainer: Trainer, state: State, held_out: PoseSet) -> dict[str, float]:
+    """Mean errors of a network's tensors on the validation set."""
+    trainer.network.load_state_dict(state)
+    position, rotation = trainer.objective.errors(trainer.tensor(held_out.poses))
+    return {
+        "position_error_mm": float(position.mean()),
+        "rotation_error_deg": float(rotation.mean()),
+        "success_10mm_20deg": float(((position < 10) & (rotation < 20)).double().mean()),
+    }

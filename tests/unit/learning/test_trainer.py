@@ -12,7 +12,7 @@ from pipeline.config import compose
 from pipeline.data.dataset import PoseSet
 from pipeline.learning.batches import Batches
 from pipeline.learning.networks import build_network
-from pipeline.learning.trainer import Run, Trainer, TrainingError
+from pipeline.learning.trainer import Run, Trainer, TrainingError, error_score
 from pipeline.settings import Config
 from robots import Robot, load_robot
 
@@ -77,8 +77,32 @@ def test_a_killed_run_ends_with_the_same_bits(
     assert resumed.curve == expected.curve
     for name, value in weights(whole).items():
         assert torch.equal(value, weights(second)[name]), name
+    for name, value in whole.states()["best"].items():
+        assert torch.equal(value, second.states()["best"][name]), name
+    assert resumed.best_step == expected.best_step
     second.finish()
     assert not path.exists()
+
+
+def test_the_best_validation_is_kept_beside_the_last_step(
+    robot: Robot, poses: PoseSet, held_out: PoseSet
+) -> None:
+    seen = {}
+
+    def remember(step: int, row: dict[str, float]) -> None:
+        seen[step] = (error_score(row), weights(made))
+
+    # So high a rate jumps about: the last step is not the best one.
+    rate = ["train.learning_rate=0.1", "train.warm_up_steps=0", "train.validations=10"]
+    made = trainer(robot, compose([*SMALL, *rate]), Run(0, "", "best", report=remember))
+    progress = made.fit(poses, held_out)
+    best = min(seen, key=lambda step: seen[step][0])
+    assert progress.best_step == best < progress.step
+    assert progress.best_error == seen[best][0]
+    states = made.states()
+    for name, value in weights(made).items():
+        assert torch.equal(states["best"][name], seen[best][1][name])
+        assert torch.equal(states["last"][name], value)
 
 
 def test_a_checkpoint_of_another_configuration_is_not_resumed(
