@@ -16,6 +16,7 @@ Benchmark for neural inverse kinematics and neuro-robotic grasping.
 Stages, in the order they build on each other:
 {stages}
   all        every stage above for robots=[...], without DVC
+  benchmark  evaluate the numerical solvers on all robots, unattended: benchmark profile=paper
 
 Looking around:
   robots     the robots, their joints and limits        robot add FILE  bring one of your own

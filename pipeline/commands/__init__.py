@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from pipeline.commands.benchmark import benchmark
 from pipeline.commands.compare import compare
 from pipeline.commands.look import doctor, robot, robots, solvers, where
 from pipeline.commands.readme import readme
@@ -12,6 +13,7 @@ from pipeline.commands.run import everything, stage
 Command = Callable[[list[str]], int]
 COMMANDS: dict[str, Command] = {
     "all": everything,
+    "benchmark": benchmark,
     "robots": robots,
     "robot": robot,
     "solvers": solvers,

@@ -1,0 +1,81 @@
+"""`benchmark`: the numerical field on the test poses of all robots, unattended and resumable."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipeline.config import bench_lists, compose
+from pipeline.errors import PipelineError
+from pipeline.evaluation.machine import usable_cores
+from pipeline.evaluation.side_by_side import Job, jobs_in_turns, run_jobs
+from pipeline.solvers import check_solvers
+from pipeline.stages.inputs import artifacts, dataset_of, robot_of
+
+LISTS = ("robots", "numerical", "unpinned")
+HELP = """\
+python -m pipeline benchmark [robots=[panda,nico]] [numerical=[lm,placo]] [unpinned=[trac_ik]]
+                             [processes=2] [profile=paper] [key=value ...]
+
+Evaluates every solver of `numerical` on every robot, `processes` at a time, each pinned to a core
+of its own and robot by robot in turns, then those of `unpinned` alone on all cores. What is left
+out comes from conf/bench.yaml. Whole rows of the same question are kept: killed and called again
+it goes on. Datasets that are missing are made first.
+"""
+
+
+def benchmark(arguments: list[str]) -> int:
+    """Run the field; status 1 if an evaluation failed."""
+    if any(flag in arguments for flag in ("-h", "--help")):
+        print(HELP, end="")
+        return 0
+    lists, overrides = _lists(arguments)
+    processes = min(int(lists["processes"]), usable_cores())
+    robots, solvers, unpinned = (lists[name] for name in LISTS)
+    for robot in robots:  # a typo or a missing package stops before the first hour, not after it
+        config = compose([*overrides, f"robot={robot}"])
+        check_solvers({"numerical": solvers, "unpinned": unpinned}, robot_of(config))
+        dataset_of(config)
+    jobs = jobs_in_turns(robots, solvers, unpinned)
+    root = artifacts(compose(overrides)).root
+
+    def command(job: Job, place: int, beside: int) -> list[str]:
+        return [
+            "evaluate",
+            *overrides,
+            f"robot={job.robot}",
+            f"evaluate.solvers=[{job.solver}]",
+            f"evaluate.pinned={str(job.pinned).lower()}",
+            f"evaluate.first_core={place}",
+            f"evaluate.side_by_side={beside}",
+            "evaluate.keep=true",
+        ]
+
+    failed = run_jobs(jobs, command, processes, root / "checkpoint")
+    print(root / "evaluate")
+    if failed:
+        print(f"{len(failed)} of {len(jobs)} failed: {', '.join(str(job) for job in failed)}")
+    return int(bool(failed))
+
+
+def _lists(arguments: list[str]) -> tuple[dict[str, Any], list[str]]:
+    """Split the command's own keys, bench.yaml filling the gaps, from overrides of the stage."""
+    bench = bench_lists()
+    own = {name: bench[name] for name in (*LISTS, "processes")}
+    overrides = []
+    for argument in arguments:
+        key, _, value = argument.partition("=")
+        if key in LISTS:
+            own[key] = [name.strip() for name in value.strip("[]").split(",") if name.strip()]
+        elif key == "processes":
+            own[key] = _count(value)
+        elif argument.startswith("-") or key in ("robot", "evaluate.solvers"):
+            raise PipelineError(f"benchmark takes robots=[...] and numerical=[...], got {argument}")
+        else:
+            overrides.append(argument)
+    return own, overrides
+
+
+def _count(value: str) -> int:
+    if not value.isdigit() or int(value) < 1:
+        raise PipelineError(f"processes must be a whole number from 1, got {value!r}")
+    return int(value)
