@@ -15,6 +15,7 @@ from omegaconf import MISSING
 from pipeline.checks import at_least, one_of, ordered, positive, positive_all, within
 from pipeline.evaluation.config import EvaluateConfig
 from pipeline.grasping.config import GraspConfig
+from pipeline.learning.config import ConstraintConfig
 from pipeline.planning.config import PlanConfig
 from pipeline.reporting.config import ReportConfig
 
@@ -106,6 +107,8 @@ class TrainConfig:
     device: str = MISSING
     validations: int = MISSING
     checkpoint_s: float = MISSING
+    constraints: list[ConstraintConfig] = MISSING
+    constraint_scale: float = MISSING
     keep: str = MISSING
     repetition: int = MISSING
     source: str = (
@@ -118,6 +121,7 @@ class TrainConfig:
         one_of("train.kinematics", self.kinematics, ("auto", "compiled", "pytorch_kinematics"))
         one_of("train.device", self.device, ("auto", "cpu", "cuda"))
         one_of("train.keep", self.keep, ("last", "best"))
+        at_least("train.constraint_scale", self.constraint_scale, 0)
         at_least("train.repetition", self.repetition, 0)
         one_of("train.from", self.source, ("default", "best"))
         for name in ("position_beta", "rotation_beta", "batch_size", "learning_rate", "epochs"):

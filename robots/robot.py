@@ -88,6 +88,10 @@ class Robot:
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, dof={self.dof}, {self.base} to {self.tip})"
 
+    def chain_to(self, link: str) -> Chain:
+        """The chain from the base to another link; an UrdfError if none is below the base."""
+        return build_chain(self.urdf, self.base, link, self.lower, self.upper, self._drives)
+
     @property
     def urdf_path(self) -> Path:
         """The URDF file."""

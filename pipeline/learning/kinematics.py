@@ -7,9 +7,11 @@ from typing import Any, Protocol
 import numpy as np
 import torch
 from numba import njit
+from numpy.typing import NDArray
 from torch import Tensor
 
 from robots import Robot
+from robots.chain import Chain
 from robots.kinematics import tip_frame_and_jacobian
 
 Frames = tuple[Tensor, Tensor]
@@ -49,15 +51,69 @@ class CompiledKinematics:
 
     Args:
         robot: The robot.
+        chain: A chain to another link than the tip, driven by the same joints.
     """
 
-    def __init__(self, robot: Robot) -> None:
-        self._chain = robot.chain
+    def __init__(self, robot: Robot, chain: Chain | None = None) -> None:
+        self._chain = robot.chain if chain is None else chain
 
     def __call__(self, joints: Tensor) -> Frames:
         """Return positions (N, 3) and rotations (N, 3, 3) of the tip, float32."""
         position, rotation = _TipFrame.apply(joints, self._chain)
         return position, rotation
+
+
+class ChainKinematics:
+    """Any chain of a robot by tensor products, on any device; gradients are torch's.
+
+    Args:
+        chain: The chain; its joints may be a part of the robot's.
+        device: Where the frames are computed.
+        dtype: Precision.
+    """
+
+    def __init__(
+        self, chain: Chain, device: torch.device, dtype: torch.dtype = torch.float32
+    ) -> None:
+        def constant(values: NDArray[np.float64]) -> Tensor:
+            return torch.as_tensor(values, dtype=dtype, device=device)
+
+        self._rotations, self._translations = (
+            constant(chain.rotations),
+            constant(chain.translations),
+        )
+        self._multiplier, self._offset = constant(chain.multiplier), constant(chain.offset)
+        self._variable = torch.as_tensor(chain.variable, device=device)
+        self._prismatic = chain.prismatic.tolist()
+
+    def __call__(self, joints: Tensor) -> Frames:
+        """Return positions (N, 3) and rotations (N, 3, 3) of the chain's end."""
+        values = self._multiplier * joints[:, self._variable] + self._offset
+        rotation = self._rotations[0].expand(len(joints), 3, 3)
+        position = self._translations[0].expand(len(joints), 3)
+        for index, slides in enumerate(self._prismatic):
+            value = values[:, index, None]
+            x, y, z = rotation.unbind(dim=2)
+            if slides:
+                position = position + z * value
+            else:
+                cosine, sine = value.cos(), value.sin()
+                rotation = torch.stack((x * cosine + y * sine, y * cosine - x * sine, z), dim=2)
+            position = position + rotation @ self._translations[index + 1]
+            rotation = rotation @ self._rotations[index + 1]
+        return position, rotation
+
+
+def make_link_kinematics(robot: Robot, link: str, device: torch.device) -> ForwardKinematics:
+    """Return the kinematics of another link of the robot: compiled on a CPU, else in torch.
+
+    Raises:
+        UrdfError: There is no such link below the base.
+    """
+    chain = robot.chain_to(link)
+    if device.type == "cpu":
+        return CompiledKinematics(robot, chain)
+    return ChainKinematics(chain, device)
 
 
 def make_kinematics(robot: Robot, name: str, device: torch.device) -> ForwardKinematics:

@@ -7,6 +7,7 @@ from typing import Protocol
 import torch
 from torch import Tensor, nn
 
+from pipeline.learning.constraints import make_penalty
 from pipeline.learning.kinematics import make_kinematics
 from pipeline.learning.losses import (
     PoseLoss,
@@ -76,13 +77,17 @@ class CycleObjective:
         self.train = train
         self.kinematics = make_kinematics(robot, train.kinematics, device)
         self.pose_loss = PoseLoss(train)
+        self.penalty = make_penalty(robot, train, device)
 
     def loss(self, poses: Tensor, joints: Tensor, step: int, done: float) -> Tensor:
         """See `Objective.loss`; the best hypothesis of a pose counts most."""
         shown = poses
         if self.train.negate_input and step % 2:
             shown = torch.cat((poses[:, :3], -poses[:, 3:]), dim=1)
-        losses = self.pose_loss(*self._reached(shown), self._for_heads(poses))
+        answers = self.network(shown).flatten(0, 1)
+        losses = self.pose_loss(*self.kinematics(answers), self._for_heads(poses))
+        if self.penalty is not None:
+            losses = losses + self.penalty(answers)
         return winner_takes_most(losses.unflatten(0, (len(poses), -1)), self._head_share(done))
 
     @torch.no_grad()
