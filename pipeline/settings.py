@@ -105,6 +105,7 @@ class TrainConfig:
     kinematics: str = MISSING
     negate_input: bool = MISSING
     device: str = MISSING
+    precision: str = MISSING
     validations: int = MISSING
     checkpoint_s: float = MISSING
     constraints: list[ConstraintConfig] = MISSING
@@ -120,6 +121,7 @@ class TrainConfig:
         one_of("train.loss", self.loss, ("smooth", "former", "matrix"))
         one_of("train.kinematics", self.kinematics, ("auto", "compiled", "pytorch_kinematics"))
         one_of("train.device", self.device, ("auto", "cpu", "cuda"))
+        one_of("train.precision", self.precision, ("float32", "bfloat16_backward"))
         one_of("train.keep", self.keep, ("last", "best"))
         at_least("train.constraint_scale", self.constraint_scale, 0)
         at_least("train.repetition", self.repetition, 0)

@@ -18,6 +18,7 @@ from pipeline.learning import checkpoint
 from pipeline.learning.batches import Batches
 from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.objective import make_objective
+from pipeline.learning.precision import backward_precision
 from pipeline.progress import LOGGER, bar
 from pipeline.settings import TrainConfig
 from robots import Robot
@@ -131,7 +132,7 @@ class Trainer:
         saved = time.monotonic()
         while progress.step < total:
             chosen = batches.indices(progress.step)
-            self._step(data[0][chosen], data[1][chosen], progress, total)
+            self.step(data[0][chosen], data[1][chosen], progress, total)
             shown.update(self.train.batch_size)
             if progress.step in marks:
                 self._validate(held_out, progress, total)
@@ -144,13 +145,14 @@ class Trainer:
                 self._save(progress)
                 saved = time.monotonic()
 
-    def _step(self, poses: Tensor, joints: Tensor, progress: Progress, total: int) -> None:
+    def step(self, poses: Tensor, joints: Tensor, progress: Progress, total: int) -> None:
         """One optimiser step; a gradient that is not finite changes nothing and is counted."""
         for group in self.optimizer.param_groups:
             group["lr"] = self.learning_rate(progress.step, total)
         loss = self.objective.loss(poses, joints, progress.step, progress.step / total)
         self.optimizer.zero_grad(set_to_none=True)
-        loss.backward()
+        with backward_precision(self.train.precision):
+            loss.backward()
         norm = nn.utils.clip_grad_norm_(self.network.parameters(), self.train.gradient_clip)
         if torch.isfinite(norm):
             self.optimizer.step()
