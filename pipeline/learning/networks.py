@@ -16,14 +16,15 @@ POSE_SIZE = 7
 MATRIX_POSE_SIZE = 12
 
 
-class ScaledNetwork(nn.Module):
-    """The scaling between robot and network: positions, and joints within their limits.
+class IkNetwork(nn.Module):
+    """A network with K hypotheses for each pose, and the scaling between robot and network.
 
-    Positions are scaled from the robot's workspace box to [-1, 1], joints from their limits;
-    rotations are in [-1, 1] by nature.
+    Positions are scaled from the robot's workspace box to [-1, 1], rotations are in [-1, 1] by
+    nature, and a tanh output is scaled to the joint limits, which are thereby kept by construction.
 
     Args:
         robot: Gives the workspace box (2, 3) in metres and the joint limits (dof,).
+        heads: Number of hypotheses K.
     """
 
     position_centre: Tensor
@@ -31,9 +32,9 @@ class ScaledNetwork(nn.Module):
     joint_centre: Tensor
     joint_scale: Tensor
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, heads: int) -> None:
         super().__init__()
-        self.dof = robot.dof
+        self.heads, self.dof = heads, robot.dof
         low, high = torch.as_tensor(robot.workspace, dtype=torch.float32)
         lower, upper = (
             torch.as_tensor(limit, dtype=torch.float32) for limit in (robot.lower, robot.upper)
@@ -42,21 +43,6 @@ class ScaledNetwork(nn.Module):
         self.register_buffer("position_scale", (high - low) / 2)
         self.register_buffer("joint_centre", (lower + upper) / 2)
         self.register_buffer("joint_scale", (upper - lower) / 2)
-
-
-class IkNetwork(ScaledNetwork):
-    """A network with K hypotheses for each pose.
-
-    A tanh output is scaled to the joint limits, which are thereby kept by construction.
-
-    Args:
-        robot: The robot.
-        heads: Number of hypotheses K.
-    """
-
-    def __init__(self, robot: Robot, heads: int) -> None:
-        super().__init__(robot)
-        self.heads = heads
 
     def forward(self, poses: Tensor) -> Tensor:
         """Return joint values (N, K, dof) in rad or m for poses (N, 7), scalar first."""
