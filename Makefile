@@ -5,13 +5,15 @@ export PATH := $(BIN):$(PATH)
 export DVC_NO_ANALYTICS := 1
 export PYTHONHASHSEED := 0
 
-.PHONY: help environment reproduce test lint types unit slow smoke clean
+.PHONY: help environment reproduce test lint types unit slow smoke table2 table3 paper-numerical clean
 
 help:
 	@echo "make reproduce   environment, then every stage through DVC, to tables, figures and report.html"
 	@echo "make test        environment, then lint, types and tests"
 	@echo "make smoke       every stage at toy scale without DVC, two minutes"
 	@echo "make slow        tests that take minutes"
+	@echo "make table2      the paper's Table II from the raw rows on disk, in seconds; make table3 likewise"
+	@echo "make paper-numerical  numerical solvers on 200,000 poses of five robots, hours; resumable"
 	@echo "make clean       remove results and caches; .venv stays"
 
 environment:
@@ -38,6 +40,13 @@ slow: environment
 
 smoke: environment
 	python -m pipeline all profile=smoke robots=[panda,nico]
+
+table2 table3:
+	@python -m pipeline table $@
+
+paper-numerical: environment
+	python -m pipeline benchmark profile=paper
+	python -m pipeline table table2 profile=paper
 
 clean:
 	rm -rf results/smoke results/quick .dvc/cache .dvc/tmp .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -9,6 +9,7 @@ from pipeline.commands.compare import compare
 from pipeline.commands.look import doctor, robot, robots, solvers, where
 from pipeline.commands.readme import readme
 from pipeline.commands.run import everything, stage
+from pipeline.commands.table import table
 
 Command = Callable[[list[str]], int]
 COMMANDS: dict[str, Command] = {
@@ -21,6 +22,7 @@ COMMANDS: dict[str, Command] = {
     "doctor": doctor,
     "where": where,
     "readme": readme,
+    "table": table,
 }
 
 __all__ = ["COMMANDS", "stage"]

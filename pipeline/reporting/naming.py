@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from pipeline.evaluation.naming import row_name, solver_of_rows
+
 ROBOTS = {
     "nicol": "NICOL",
     "nico": "NICO",
@@ -21,8 +23,10 @@ SOLVERS = {
     "bio_ik": "BioIK",
     "trac_ik": "TRAC-IK",
     "lm": "LM, compiled",
-    "pinocchio": "Pinocchio DLS",
+    "pinocchio": "Pinocchio LM",
+    "pinocchio_dls": "Pinocchio DLS",
     "placo": "placo",
+    "placo_once": "placo, no restarts",
     "pytorch_kinematics": "PyTorch Kinematics",
     "optik": "OptIK",
     "pink": "Pink",
@@ -31,6 +35,7 @@ SOLVERS = {
     "ssik": "ssik",
     "frankik": "frankik",
 }
+NEURAL = ("cycleik", "cycleik_refined", "null_space", "flow", "ikflow", "eem")
 OUTCOMES = {
     "success": "Success",
     "slipped": "Slipped",
@@ -47,7 +52,8 @@ def robot_title(name: str) -> str:
 
 def solver_title(name: str) -> str:
     """Return how a solver is written."""
-    return SOLVERS.get(name, name)
+    solver = solver_of_rows(name)
+    return SOLVERS.get(solver, solver) + (", unpinned" if solver != name else "")
 
 
 def ordered_robots(names: Iterable[str]) -> list[str]:
@@ -56,8 +62,12 @@ def ordered_robots(names: Iterable[str]) -> list[str]:
 
 
 def ordered_solvers(names: Iterable[str]) -> list[str]:
-    """Put solvers in one order everywhere: neural first, then the paper's, then others."""
-    return _ordered(names, list(SOLVERS))
+    """Put solvers in one order everywhere: neural first, then the paper's, then others.
+
+    One that was not pinned follows itself.
+    """
+    order = [name for solver in SOLVERS for name in (solver, row_name(solver, pinned=False))]
+    return _ordered(names, order)
 
 
 def outcome_key(name: str) -> str:

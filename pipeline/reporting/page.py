@@ -82,7 +82,7 @@ OUTLINE: tuple[tuple[str, str, str, tuple[str, ...], tuple[str, ...], tuple[str,
         "solvers",
         "Who is precise, who is fast",
         "The same poses for every solver; errors recomputed from the joints by Pinocchio.",
-        ("precision", "time", "paired_comparison"),
+        ("precision", "time", "neural_seeds", "paired_comparison"),
         (
             "success_against_tolerance",
             "error_against_time",

@@ -2,33 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
-import pandas as pd
-from matplotlib.figure import Figure
-
 from pipeline.data.files import write_json, write_text
 from pipeline.errors import MissingArtifactError
-from pipeline.reporting import figures_benchmark as benchmark
-from pipeline.reporting import figures_experiment as experiment
-from pipeline.reporting.comparison import compare_solvers
 from pipeline.reporting.config import ReportConfig
+from pipeline.reporting.figure_plan import draw_figures
+from pipeline.reporting.material import gather, make_tables
 from pipeline.reporting.metrics_file import headline_metrics
-from pipeline.reporting.naming import ordered_robots
-from pipeline.reporting.page import Illustration, Page, render
-from pipeline.reporting.published import Published, read_published
-from pipeline.reporting.results import STAGES, Results, read_results
-from pipeline.reporting.style import save, styled
-from pipeline.reporting.summary import summarise
+from pipeline.reporting.page import Page, render
+from pipeline.reporting.published import read_published
+from pipeline.reporting.results import STAGES
 from pipeline.reporting.table import Table
-from pipeline.reporting.tables_benchmark import neural_comparison, numerical_comparison
-from pipeline.reporting.tables_solvers import comparisons, precision, timing
-from pipeline.reporting.tables_training import datasets, hyperparameters, training
-from pipeline.reporting.tables_trials import grasping, planner
 
-MAPPED = "cycleik"  # the solver whose precision is shown over the workspace
 WRITTEN = (".csv", ".md", ".tex", ".png", ".pdf")  # what a report leaves in tables/ and figures/
 
 
@@ -47,17 +35,6 @@ class ReportPaths:
     figures: Path
     html: Path
     metrics: Path
-
-
-@dataclass(frozen=True)
-class Material:
-    """What tables and figures are made of."""
-
-    results: Results
-    published: Published
-    summary: pd.DataFrame
-    pairs: pd.DataFrame
-    config: ReportConfig
 
 
 def make_report(
@@ -114,115 +91,8 @@ def make_table(results_dir: Path, published: Path, config: ReportConfig, name: s
     return found[0]
 
 
-def gather(
-    results_dir: Path, published: Published, config: ReportConfig, profile: str = ""
-) -> Material:
-    """Read the results and summarise their raw rows, one file at a time."""
-    results = read_results(results_dir, profile)
-    lines = [summarise(rows, config) for rows in results.evaluate.values()]
-    summary = pd.concat(lines, ignore_index=True) if lines else pd.DataFrame()
-    pairs = []
-    for robot in ordered_robots(results.robots):
-        mine = [results.evaluate[robot, solver] for solver in results.solvers(robot)]
-        if len(mine) > 1:
-            pairs.append(compare_solvers(pd.concat(mine, ignore_index=True), config))
-    compared = [frame for frame in pairs if len(frame)]
-    joined = pd.concat(compared, ignore_index=True) if compared else pd.DataFrame()
-    return Material(results, published, summary, joined, config)
-
-
-def make_tables(material: Material) -> list[Table]:
-    """Make every table that has rows, in the order of the report."""
-    results, published, summary = material.results, material.published, material.summary
-    made = [
-        numerical_comparison(summary, published),
-        neural_comparison(summary, published),
-        precision(summary, material.config),
-        timing(summary),
-        comparisons(material.pairs, material.config),
-        hyperparameters(results, published),
-        datasets(results),
-        training(results),
-        planner(results, published),
-        grasping(results, published, material.config),
-    ]
-    return [table for table in made if table.rows]
-
-
-def draw_figures(material: Material, folder: Path) -> list[Illustration]:
-    """Draw every figure that there are rows for, and say under each how to read it."""
-    illustrations = []
-    with styled():
-        for name, caption, draw in _plan(material):
-            png, _ = save(draw(), folder, name, material.config.dpi)
-            illustrations.append(Illustration(name, caption, png))
-    return illustrations
-
-
 def _remove_others(folder: Path, kept: Collection[Path]) -> None:
     """Remove what an earlier report wrote and this one did not."""
     for path in folder.glob("*"):
         if path.suffix in WRITTEN and path not in kept:
             path.unlink()
-
-
-def _plan(material: Material) -> Iterator[tuple[str, str, Callable[[], Figure]]]:
-    results, published, config = material.results, material.published, material.config
-    rows, summary, pairs = results.evaluate, material.summary, material.pairs
-    if rows:
-        yield (
-            "against_the_paper",
-            "This run beside the paper's Table II, in the paper's metric.",
-            lambda: benchmark.against_the_paper(summary, published),
-        )
-        yield (
-            "success_against_tolerance",
-            "Share of test poses within a tolerance of x mm and x deg (Euclidean, geodesic, joint "
-            "limits kept). The line at 1 is the strict success of the tables.",
-            lambda: benchmark.success_against_tolerance(rows, config),
-        )
-        yield (
-            "error_against_time",
-            "Mean error in the paper's metric against time per pose; numbers at the points are "
-            "batch sizes. Towards the lower left is better. Stars: the paper.",
-            lambda: benchmark.error_against_time(summary, published),
-        )
-        yield (
-            "error_distributions",
-            "Median (marker), middle half (thick) and 1st to 99th percentile (thin) of the errors.",
-            lambda: benchmark.error_distributions(rows, config),
-        )
-        if any(solver == MAPPED for _, solver in rows):
-            yield (
-                "workspace_map",
-                "Median position error of CycleIK over the workspace: distance from the base's "
-                "vertical axis, and height.",
-                lambda: benchmark.workspace_map(rows, MAPPED, config),
-            )
-    if len(pairs):
-        yield (
-            "win_matrix",
-            "Share of poses [%] on which the solver of the row is nearer to the target than that "
-            "of the column.",
-            lambda: benchmark.win_matrix(pairs),
-        )
-    if any(len(curve) for _, curve in results.train.values()):
-        yield (
-            "training_curves",
-            "Mean Euclidean and geodesic errors while training; batches smoothed by a moving "
-            "median.",
-            lambda: experiment.training_curves(results.train),
-        )
-    if results.plan:
-        yield (
-            "planner_times",
-            "Time and largest tip error of every plan; the dashed line is the paper's 70 ms.",
-            lambda: experiment.planner_times(results.plan, published),
-        )
-    if results.grasp:
-        yield (
-            "grasp_outcomes",
-            "Figure 5 of the paper: outcomes of grasp trials, with Wilson intervals. The paper's "
-            "trials ran on hardware, with detector and language model.",
-            lambda: experiment.grasp_outcomes(results.grasp, published, config),
-        )

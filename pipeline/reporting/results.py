@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,8 @@ Content = TypeVar("Content")
 PICTURES = (".png", ".gif")
 VIDEOS = (".mp4",)
 SMOKE = "smoke"  # the profile whose networks see a few hundred steps
+SEEDED = "seeded_by_"  # folders of rows that started from another solver's answers
+JOINT = re.compile(r"q\d+")
 STAGES = ("dataset", "tune", "train", "evaluate", "plan", "grasp")
 
 
@@ -31,6 +34,7 @@ class Results:
         train: Card and curve, by (robot, model).
         evaluate: Raw rows, by (robot, solver).
         evaluated: Provenance of those rows, by (robot, solver).
+        seeded: Raw rows from a neural seed and their provenance, by (robot, solver, its seeder).
         plan: Raw rows of the planner benchmark, by robot.
         grasp: Trials, by robot.
         media: Pictures and videos of a stage, by (stage, robot).
@@ -43,6 +47,9 @@ class Results:
     train: dict[tuple[str, str], tuple[dict[str, Any], pd.DataFrame]] = field(default_factory=dict)
     evaluate: dict[tuple[str, str], pd.DataFrame] = field(default_factory=dict)
     evaluated: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict)
+    seeded: dict[tuple[str, str, str], tuple[pd.DataFrame, dict[str, Any]]] = field(
+        default_factory=dict
+    )
     plan: dict[str, pd.DataFrame] = field(default_factory=dict)
     grasp: dict[str, pd.DataFrame] = field(default_factory=dict)
     media: dict[tuple[str, str], list[Path]] = field(default_factory=dict)
@@ -114,14 +121,24 @@ def _read_train(results: Results, place: Path) -> None:
 
 def _read_evaluate(results: Results, place: Path) -> None:
     for path in _files(place, "*.parquet"):
-        rows = _try(results, path, read_table)
-        if rows is None:
-            continue
-        if rows.empty:
-            results.notes.append(f"{_short(results, path)} holds no rows.")
-            continue
-        results.evaluate[place.name, path.stem] = rows
-        results.evaluated[place.name, path.stem] = read_metadata(path)
+        rows = _raw_rows(results, path)
+        if rows is not None:
+            results.evaluate[place.name, path.stem] = rows
+            results.evaluated[place.name, path.stem] = read_metadata(path)
+    for path in _files(place, f"{SEEDED}*/*.parquet"):
+        rows = _raw_rows(results, path)
+        if rows is not None:
+            seeder = path.parent.name.removeprefix(SEEDED)
+            results.seeded[place.name, path.stem, seeder] = (rows, read_metadata(path))
+
+
+def _raw_rows(results: Results, path: Path) -> pd.DataFrame | None:
+    """Rows without the joints: a report does not need them, and they are half of the memory."""
+    rows = _try(results, path, read_table)
+    if rows is not None and rows.empty:
+        results.notes.append(f"{_short(results, path)} holds no rows.")
+        return None
+    return None if rows is None else rows.drop(columns=[c for c in rows if JOINT.fullmatch(c)])
 
 
 def _read_plan(results: Results, place: Path) -> None:

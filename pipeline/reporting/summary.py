@@ -91,14 +91,14 @@ def summarise(rows: pd.DataFrame, config: ReportConfig) -> pd.DataFrame:
 
 def main_batch(rows: pd.DataFrame) -> int:
     """Return the batch size that answered most poses, the smallest of equals."""
-    counts = rows.groupby("batch_size").size()
+    counts = rows.groupby("batch_size").pose.nunique()
     return int(counts[counts == counts.max()].index.min())
 
 
 def _numbers(rows: pd.DataFrame, config: ReportConfig, main: bool) -> dict[str, Any]:
     """One line of the summary; intervals by bootstrap only where errors are read off."""
     numbers: dict[str, Any] = {
-        "poses": len(rows),
+        "poses": rows.pose.nunique(),
         "seeds": rows.seed.nunique(),
         "answered": rows.answered.mean(),
         "found": rows.found.mean(),
@@ -108,12 +108,32 @@ def _numbers(rows: pd.DataFrame, config: ReportConfig, main: bool) -> dict[str, 
     for name in ERRORS:
         numbers |= _spread(rows[name].to_numpy(dtype=float), name)
     for name in INTERVALS if main else ():
-        interval = bootstrap_interval(
-            rows[name], np.mean, config.confidence, config.resamples, config.seed
-        )
-        numbers |= {f"{name}_mean_low": interval.low, f"{name}_mean_high": interval.high}
+        numbers |= _intervals(rows, name, config)
     numbers |= _rates(rows, config) | _times(rows)
-    numbers |= {"threads": rows.threads.iloc[0], "machine": rows.machine.iloc[0]}
+    numbers |= {name: rows[name].iloc[0] for name in ("threads", "pinned", "machine")}
+    return numbers
+
+
+def _intervals(rows: pd.DataFrame, name: str, config: ReportConfig) -> dict[str, float]:
+    """Bootstrap intervals of a mean, over poses and, apart from it, over training seeds.
+
+    Over poses: how far another test set would move the mean of these very networks; a pose counts
+    once, with its mean over the seeds. Over seeds: how far other trainings would. One training says
+    nothing of the second, which is NaN then.
+    """
+    numbers = {}
+    for unit, key in (("", "pose"), ("_seeds", "seed")):
+        means = rows[name] if key == "pose" and rows.seed.nunique() == 1 else None
+        means = rows.groupby(key)[name].mean() if means is None else means
+        if key == "seed" and len(means) == 1:
+            means = means.iloc[:0]
+        interval = bootstrap_interval(
+            means, np.mean, config.confidence, config.resamples, config.seed
+        )
+        numbers |= {
+            f"{name}_mean{unit}_low": interval.low,
+            f"{name}_mean{unit}_high": interval.high,
+        }
     return numbers
 
 
@@ -133,11 +153,15 @@ def _spread(values: NDArray[np.float64], name: str) -> dict[str, float]:
 
 def _rates(rows: pd.DataFrame, config: ReportConfig) -> dict[str, float]:
     rates = {}
+    seeds = rows.seed.nunique()
     for name in ("strict", "loose", "paper"):
         family = "paper" if name == "paper" else "geodesic"
         reached = successes(rows, family, getattr(config.success, name))
-        interval = wilson_interval(int(reached.sum()), len(rows), config.confidence)
-        rates[f"success_{name}"] = interval.estimate
+        # Several trainings on the same poses are no more poses than there are.
+        interval = wilson_interval(
+            round(reached.sum() / seeds), round(len(rows) / seeds), config.confidence
+        )
+        rates[f"success_{name}"] = float(reached.mean())
         rates[f"success_{name}_low"] = interval.low
         rates[f"success_{name}_high"] = interval.high
     return rates
@@ -145,11 +169,13 @@ def _rates(rows: pd.DataFrame, config: ReportConfig) -> dict[str, float]:
 
 def _times(rows: pd.DataFrame) -> dict[str, float]:
     times = rows.time_per_pose_us.to_numpy(dtype=float)
+    batch_size = int(rows.batch_size.iloc[0])
     return {
+        "calls": -(-len(rows) // batch_size),
         "time_per_pose_mean_us": float(times.mean()),
         "time_per_pose_median_us": float(np.median(times)),
         "time_per_pose_p99_us": float(np.quantile(times, 0.99)),
-        "time_per_batch_mean_ms": float(times.mean() * rows.batch_size.iloc[0] / 1e3),
+        "time_per_batch_mean_ms": float(times.mean() * batch_size / 1e3),
         "solver_time_median_us": float(rows.solver_time_us.median()),
         "iterations_mean": float(rows.iterations.mean()),
     }

@@ -6,7 +6,7 @@ import pandas as pd
 
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.naming import ordered_robots, ordered_solvers, robot_title, solver_title
-from pipeline.reporting.table import Column, Table
+from pipeline.reporting.table import Cell, Column, Table
 
 
 def precision(summary: pd.DataFrame, config: ReportConfig) -> Table:
@@ -18,8 +18,8 @@ def precision(summary: pd.DataFrame, config: ReportConfig) -> Table:
         name="precision",
         title="Precision, Euclidean and geodesic",
         caption=f"Recomputed from the joints. Strict is below {tight}, loose below {wide}, both "
-        f"with joint limits kept. Intervals are {percent}: Wilson for rates, bootstrap over poses "
-        f"for means.",
+        f"with joint limits kept. Intervals are {percent}: Wilson for rates, bootstrap for means, "
+        f"over poses and, where there are several trainings, apart from that over their seeds.",
         columns=[
             Column("robot", "Robot"),
             Column("solver", "Solver"),
@@ -27,6 +27,7 @@ def precision(summary: pd.DataFrame, config: ReportConfig) -> Table:
             Column("position_mean_mm", "mean", "position error [mm]", 3),
             Column("position_low_mm", "from", "position error [mm]", 3),
             Column("position_high_mm", "to", "position error [mm]", 3),
+            *_over_seeds(summary),
             Column("position_median_mm", "median", "position error [mm]", 3),
             Column("position_p90_mm", "p90", "position error [mm]", 3),
             Column("position_p99_mm", "p99", "position error [mm]", 3),
@@ -50,6 +51,7 @@ def precision(summary: pd.DataFrame, config: ReportConfig) -> Table:
             position_mean_mm=line.position_error_mm_mean,
             position_low_mm=line.position_error_mm_mean_low,
             position_high_mm=line.position_error_mm_mean_high,
+            **_seed_cells(line, table),
             position_median_mm=line.position_error_mm_median,
             position_p90_mm=line.position_error_mm_p90,
             position_p99_mm=line.position_error_mm_p99,
@@ -67,26 +69,52 @@ def precision(summary: pd.DataFrame, config: ReportConfig) -> Table:
     return table
 
 
+def _over_seeds(summary: pd.DataFrame) -> list[Column]:
+    """Columns for the interval over training seeds; none where there is one training each."""
+    if summary.empty or not (summary.seeds > 1).any():
+        return []
+    group = "position error [mm]"
+    return [
+        Column("seeds", "seeds", group),
+        Column("position_seeds_low_mm", "seeds, from", group, 3),
+        Column("position_seeds_high_mm", "seeds, to", group, 3),
+    ]
+
+
+def _seed_cells(line: pd.Series, table: Table) -> dict[str, Cell]:
+    cells: dict[str, Cell] = {
+        "seeds": int(line.seeds),
+        "position_seeds_low_mm": line.position_error_mm_mean_seeds_low,
+        "position_seeds_high_mm": line.position_error_mm_mean_seeds_high,
+    }
+    named = {column.name for column in table.columns}
+    return {name: cell for name, cell in cells.items() if name in named}
+
+
 def timing(summary: pd.DataFrame) -> Table:
-    """Time by batch size: the paper's protocol (mean) beside median and 99th percentile."""
-    group = "time per pose [µs]"
+    """Time by batch size, by the paper's protocol and by ours side by side."""
+    paper, ours = "as the paper [ms]", "time per pose [µs]"
     table = Table(
         name="time",
         title="Time",
-        caption="Wall time of a call shared out over its poses, pinned, after a warm-up; the "
-        "solver's own clock leaves out what the call itself costs.",
+        caption="Wall time of a call, shared out over its poses, after a warm-up, on as many cores "
+        "as told. The paper gives the mean per sample at batch size 1 and the mean per batch. "
+        "Beside it mean, median and 99th percentile over the calls (of few calls the percentile is "
+        "the largest); the solver's own clock leaves out what the call itself costs.",
         columns=[
             Column("robot", "Robot"),
             Column("solver", "Solver"),
             Column("batch_size", "batch size"),
-            Column("poses", "poses"),
-            Column("mean_us", "mean", group, 3),
-            Column("median_us", "median", group, 3),
-            Column("p99_us", "p99", group, 3),
-            Column("solver_median_us", "own clock, median", group, 3),
-            Column("batch_ms", "batch, mean [ms]", "", 3),
+            Column("calls", "calls"),
+            Column("sample_ms", "per sample", paper, 3),
+            Column("batch_ms", "per batch", paper, 3),
+            Column("mean_us", "mean", ours, 3),
+            Column("median_us", "median", ours, 3),
+            Column("p99_us", "p99", ours, 3),
+            Column("solver_median_us", "own clock, median", ours, 3),
             Column("iterations", "iterations, mean", "", 3),
-            Column("threads", "threads"),
+            Column("cores", "cores"),
+            Column("pinned", "pinned"),
         ],
     )
     for _, line in _sorted(summary).iterrows():
@@ -94,14 +122,16 @@ def timing(summary: pd.DataFrame) -> Table:
             robot=robot_title(line.robot),
             solver=solver_title(line.solver),
             batch_size=int(line.batch_size),
-            poses=int(line.poses),
+            calls=int(line.calls),
+            sample_ms=line.time_per_pose_mean_us / 1e3 if line.batch_size == 1 else None,
+            batch_ms=line.time_per_batch_mean_ms,
             mean_us=line.time_per_pose_mean_us,
             median_us=line.time_per_pose_median_us,
             p99_us=line.time_per_pose_p99_us,
             solver_median_us=line.solver_time_median_us,
-            batch_ms=line.time_per_batch_mean_ms,
             iterations=line.iterations_mean,
-            threads=int(line.threads),
+            cores=int(line.threads),
+            pinned="yes" if line.pinned else "no",
         )
     return table
 

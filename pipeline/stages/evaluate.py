@@ -10,8 +10,9 @@ from pipeline.artifacts import exclusive
 from pipeline.data.dataset import read_split
 from pipeline.data.tables import write_table
 from pipeline.evaluation.config import HOME
+from pipeline.evaluation.naming import row_name
 from pipeline.evaluation.runner import clear_parts, count_poses, evaluate_solver, question
-from pipeline.evaluation.subject import Subject, row_name
+from pipeline.evaluation.subject import Subject
 from pipeline.evaluation.whole import is_whole
 from pipeline.progress import LOGGER, bar
 from pipeline.settings import Config

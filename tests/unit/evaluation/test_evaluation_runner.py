@@ -13,6 +13,7 @@ from baselines.protocol import Answer
 from pipeline.evaluation.config import EvaluateConfig, Tolerance
 from pipeline.evaluation.identity import solver_identity
 from pipeline.evaluation.judge import JudgeError, tip_poses
+from pipeline.evaluation.naming import row_name, solver_of_rows
 from pipeline.evaluation.rows import COLUMNS
 from pipeline.evaluation.runner import (
     EvaluationError,
@@ -21,7 +22,7 @@ from pipeline.evaluation.runner import (
     plan_chunks,
     question,
 )
-from pipeline.evaluation.subject import Subject, row_name, solver_of_rows
+from pipeline.evaluation.subject import Subject
 from robots import load_robot
 
 TWO_LINK = Path(__file__).parents[2] / "fixtures" / "two_link.urdf"

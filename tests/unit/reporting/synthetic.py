@@ -74,7 +74,10 @@ def raw_rows(robot="panda", solver="cycleik", poses=200, seed=0, batch_size=1):
             "target_x_m": position[:, 0],
             "target_y_m": position[:, 1],
             "target_z_m": position[:, 2] + 0.5,
+            "seeded_by": "home",
+            "seed_time_us": 0.0,
             "threads": 1,
+            "pinned": True,
             "machine": "0123abcd",
         }
     )

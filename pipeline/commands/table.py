@@ -1,0 +1,44 @@
+"""`table`: Table II or III of the paper from the raw rows on disk, in seconds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipeline.config import compose
+from pipeline.errors import PipelineError
+from pipeline.provenance import ROOT
+from pipeline.reporting.published import read_published
+from pipeline.reporting.single import MAKERS, paper_table
+
+PREFERRED = ("paper", "quick")  # profiles whose rows are looked for, the published scale first
+HELP = f"""\
+python -m pipeline table {"|".join(MAKERS)} [results_dir=results/slow] [report.not_found=nan]
+
+Prints the table and writes it as CSV, Markdown and LaTeX to tables/ of the results folder that its
+rows come from: results/paper where that has any, else results/quick, or what results_dir names.
+"""
+
+
+def table(arguments: list[str]) -> int:
+    """Make one table; the first argument is its name."""
+    if not arguments or arguments[0] in ("-h", "--help"):
+        print(HELP, end="")
+        return 0
+    name, overrides = arguments[0], arguments[1:]
+    if "=" in name:
+        raise PipelineError(f"usage: python -m pipeline table {'|'.join(MAKERS)} [key=value ...]")
+    config = compose(overrides)
+    folders = [ROOT / "results" / profile for profile in PREFERRED]
+    if any(override.startswith(("results_dir=", "profile=")) for override in overrides):
+        folders = [_absolute(Path(config.results_dir))]
+    published = read_published(ROOT / "results" / "published_results.csv")
+    made, folder = paper_table(name, folders, published, config.report)
+    paths = made.write(folder / "tables")
+    print(made.to_markdown())
+    for path in paths:
+        print(path)
+    return 0
+
+
+def _absolute(folder: Path) -> Path:
+    return folder if folder.is_absolute() else ROOT / folder

@@ -1,0 +1,90 @@
+"""Which figures a report has, and what is said under each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from pipeline.reporting import figures_benchmark as benchmark
+from pipeline.reporting import figures_comparison as comparison
+from pipeline.reporting import figures_experiment as experiment
+from pipeline.reporting.material import Material
+from pipeline.reporting.page import Illustration
+from pipeline.reporting.style import save, styled
+
+MAPPED = "cycleik"  # the solver whose precision is shown over the workspace
+
+
+def draw_figures(material: Material, folder: Path) -> list[Illustration]:
+    """Draw every figure that there are rows for, and say under each how to read it."""
+    illustrations = []
+    with styled():
+        for name, caption, draw in planned(material):
+            png, _ = save(draw(), folder, name, material.config.dpi)
+            illustrations.append(Illustration(name, caption, png))
+    return illustrations
+
+
+def planned(material: Material) -> Iterator[tuple[str, str, Callable[[], Figure]]]:
+    """Yield name, caption and how to draw it for every figure that there are rows for."""
+    results, published, config = material.results, material.published, material.config
+    rows, summary, pairs = results.evaluate, material.summary, material.pairs
+    if rows:
+        yield (
+            "against_the_paper",
+            "This run beside the paper's Table II, in the paper's metric.",
+            lambda: comparison.against_the_paper(summary, published),
+        )
+        yield (
+            "success_against_tolerance",
+            "Share of test poses within a tolerance of x mm and x deg (Euclidean, geodesic, joint "
+            "limits kept). The line at 1 is the strict success of the tables.",
+            lambda: benchmark.success_against_tolerance(rows, config),
+        )
+        yield (
+            "error_against_time",
+            "Mean error in the paper's metric against time per pose; numbers at the points are "
+            "batch sizes. Towards the lower left is better. Stars: the paper.",
+            lambda: benchmark.error_against_time(summary, published),
+        )
+        yield (
+            "error_distributions",
+            "Median (marker), middle half (thick) and 1st to 99th percentile (thin) of the errors.",
+            lambda: benchmark.error_distributions(rows, config),
+        )
+        if any(solver == MAPPED for _, solver in rows):
+            yield (
+                "workspace_map",
+                "Median position error of CycleIK over the workspace: distance from the base's "
+                "vertical axis, and height.",
+                lambda: comparison.workspace_map(rows, MAPPED, config),
+            )
+    if len(pairs):
+        yield (
+            "win_matrix",
+            "Share of poses [%] on which the solver of the row is nearer to the target than that "
+            "of the column.",
+            lambda: comparison.win_matrix(pairs),
+        )
+    if any(len(curve) for _, curve in results.train.values()):
+        yield (
+            "training_curves",
+            "Mean Euclidean and geodesic errors while training; batches smoothed by a moving "
+            "median.",
+            lambda: experiment.training_curves(results.train),
+        )
+    if results.plan:
+        yield (
+            "planner_times",
+            "Time and largest tip error of every plan; the dashed line is the paper's 70 ms.",
+            lambda: experiment.planner_times(results.plan, published),
+        )
+    if results.grasp:
+        yield (
+            "grasp_outcomes",
+            "Figure 5 of the paper: outcomes of grasp trials, with Wilson intervals. The paper's "
+            "trials ran on hardware, with detector and language model.",
+            lambda: experiment.grasp_outcomes(results.grasp, published, config),
+        )

@@ -1,0 +1,88 @@
+"""How much a neural seed gives a local solver: the same poses from home and from the seed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+
+from pipeline.evaluation.statistics import holm, mcnemar, wilcoxon
+from pipeline.reporting.config import ReportConfig
+from pipeline.reporting.summary import apply_not_found, main_batch, successes
+
+PAIRED = ["batch_size", "pose", "target_x_m"]  # pose 7 of another test set is another pose
+
+
+def seed_effects(home: pd.DataFrame, seeded: pd.DataFrame, config: ReportConfig) -> pd.DataFrame:
+    """Compare the rows of one solver and robot from home and from a neural seed.
+
+    Args:
+        home: Raw rows whose initial guess is the home configuration.
+        seeded: Raw rows of the same solver from the answers of a neural one.
+        config: Not-found policy and strict success.
+
+    Returns:
+        One line a batch size that both have: poses, strict success of both with McNemar's p,
+        iterations and mean times of both [us], the median of the paired time differences with
+        Wilcoxon's p, and the time of the seed itself [us a pose]. Success is told only at the
+        batch size that answered most poses.
+    """
+    a, b = (_by_pose(rows, config) for rows in (home, seeded))
+    both = a.join(b, how="inner", lsuffix="_home", rsuffix="_seeded").reset_index()
+    lines = [_line(part, int(size)) for size, part in both.groupby("batch_size")]
+    if not lines:
+        return pd.DataFrame()
+    main = main_batch(both)
+    for line in lines:
+        if line["batch_size"] != main:
+            line |= dict.fromkeys(("success_home", "success_seeded", "success_difference"))
+            line["success_p"] = None
+    told = {"robot": home.robot.iloc[0], "solver": home.solver.iloc[0]}
+    told["seeded_by"] = seeded.seeded_by.iloc[0]
+    return pd.DataFrame([{**told, **line} for line in lines])
+
+
+def adjusted(effects: pd.DataFrame) -> pd.DataFrame:
+    """Adjust the p-values of success by Holm, over the solvers of each robot."""
+    if effects.empty:
+        return effects
+    told = effects[effects.success_p.notna()]
+    p_values: dict[int, float] = {}
+    for _, lines in told.groupby("robot"):
+        held = holm({str(i): float(p) for i, p in lines.success_p.items()})
+        p_values |= {int(i): p for i, p in held.items()}
+    return effects.assign(success_p=pd.Series(p_values, dtype=float))
+
+
+def same_budget(home: Mapping[str, Any], seeded: Mapping[str, Any]) -> bool:
+    """Say from their provenance whether both rows had the same budget and settings."""
+    keys = ("solver_budget", "solver_identity")
+    return all(home.get(key) == seeded.get(key) for key in keys)
+
+
+def _by_pose(rows: pd.DataFrame, config: ReportConfig) -> pd.DataFrame:
+    counted = apply_not_found(rows, config.not_found)
+    values = rows[[*PAIRED, "iterations", "time_per_pose_us", "seed_time_us"]].copy()
+    values["reached"] = successes(counted, "geodesic", config.success.strict)
+    return values.drop_duplicates(PAIRED).set_index(PAIRED)
+
+
+def _line(both: pd.DataFrame, batch_size: int) -> dict[str, Any]:
+    rate = mcnemar(both.reached_seeded, both.reached_home)
+    time = wilcoxon(both.time_per_pose_us_seeded, both.time_per_pose_us_home)
+    return {
+        "batch_size": batch_size,
+        "poses": len(both),
+        "success_home": float(both.reached_home.mean()),
+        "success_seeded": float(both.reached_seeded.mean()),
+        "success_difference": rate.effect,
+        "success_p": rate.p_value,
+        "iterations_home": float(both.iterations_home.mean()),
+        "iterations_seeded": float(both.iterations_seeded.mean()),
+        "time_home_us": float(both.time_per_pose_us_home.mean()),
+        "time_seeded_us": float(both.time_per_pose_us_seeded.mean()),
+        "time_difference_us": time.effect,
+        "time_p": time.p_value,
+        "seed_time_us": float(both.seed_time_us_seeded.mean()),
+    }
