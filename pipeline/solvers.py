@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import baselines
 from baselines import SkippedSolver, Solver
-from baselines.registry import settings
+from baselines.registry import settings, solver_class
 from pipeline.errors import ConfigError
-from pipeline.learning.weights import CARD, WeightsError
+from pipeline.learning.weights import CARD, WeightsError, kind_of
 from pipeline.provenance import ROOT
 from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.learning.solver import CycleIk
 
 RESULTS = ROOT / "results"
 PROFILES = ("quick", "paper", "smoke")  # where trained weights are looked for, best scale first
@@ -37,7 +40,7 @@ def load_solver(name: str, robot: Robot, weights: Path | None = None, **override
         WeightsError: A neural solver without weights for this robot.
     """
     if is_neural(name):
-        overrides["weights"] = str(weights or find_weights(robot.name))
+        overrides["weights"] = str(weights or find_weights(robot.name, *models_of(name)))
     return baselines.load(name, robot, **overrides)
 
 
@@ -87,19 +90,36 @@ def check_seeder(key: str, name: str, robot: Robot) -> None:
         )
 
 
-def find_weights(robot: str) -> Path:
-    """Return the folder of the trained weights of a robot, of the default profile first.
+def models_of(name: str) -> tuple[tuple[str, ...], str]:
+    """Return the kinds of networks that a neural solver takes, and the model trained for it.
 
     Raises:
-        WeightsError: Nothing was trained for this robot yet.
+        UnknownSolverError: There is no solver of that name.
+        SkippedSolver: It cannot run here.
+    """
+    solver = cast("type[CycleIk]", solver_class(name))
+    return solver.kinds, solver.default_model
+
+
+def find_weights(robot: str, kinds: Collection[str], model: str) -> Path:
+    """Return the folder of the trained weights of a robot, of the default profile first.
+
+    Args:
+        robot: Name of the robot.
+        kinds: Kinds of networks whose weights will do.
+        model: What to train (conf/model) where there are none.
+
+    Raises:
+        WeightsError: Nothing of these kinds was trained for this robot yet.
     """
     for profile in PROFILES:
         cards = (RESULTS / profile / "train" / robot).glob(f"*/{CARD}")
-        if folders := sorted((card.parent for card in cards), key=_preference):
+        fitting = (card.parent for card in cards if kind_of(card.parent) in kinds)
+        if folders := sorted(fitting, key=_preference):
             return folders[0]
     raise WeightsError(
-        f"there are no trained weights for {robot}; train with: python -m pipeline train "
-        f"robot={robot}"
+        f"there are no trained weights of kind {' or '.join(kinds)} for {robot}; train with: "
+        f"python -m pipeline train robot={robot} model={model}"
     )
 
 

@@ -57,8 +57,14 @@ class CycleIk(Solver):
         position_tolerance_mm: Largest position error that the solver calls found.
         rotation_tolerance_deg: Largest rotation error that the solver calls found.
         threads: Threads of torch while it solves; 0 leaves torch as it is.
+
+    Attributes:
+        kinds: Kinds of networks (``model.kind``) whose weights it takes.
+        default_model: What is trained for it (conf/model) where a run's model is of another kind.
     """
 
+    kinds: ClassVar[tuple[str, ...]] = ("mlp", "experts")
+    default_model: ClassVar[str] = "compact"
     requires: ClassVar[tuple[str, ...]] = ("torch",)
     budgets: ClassVar[frozenset[str]] = frozenset()
 
@@ -71,16 +77,14 @@ class CycleIk(Solver):
         threads: int,
     ) -> None:
         super().__init__(robot)
-        self.network = load_network(Path(weights), robot)
+        self.network = load_network(Path(weights), robot, self.kinds)
         self.position_tolerance_mm = position_tolerance_mm
         self.rotation_tolerance_deg = rotation_tolerance_deg
         self.threads = threads
 
     def hypotheses(self, poses: NDArray[np.float64]) -> Hypotheses:
         """Return the network's answers to poses (N, 7), best first."""
-        with torch_threads(self.threads), torch.inference_mode():
-            output = self.network(torch.as_tensor(poses, dtype=torch.float32))
-        joints = np.clip(output.numpy().astype(np.float64), self.lower, self.upper)
+        joints = self._answers(poses)
         position, rotation = self._errors(joints, poses)
         in_tolerances = (
             position / self.position_tolerance_mm + rotation / self.rotation_tolerance_deg
@@ -88,6 +92,12 @@ class CycleIk(Solver):
         order = np.argsort(in_tolerances, axis=1, kind="stable")
         rows = np.arange(len(poses))[:, None]
         return Hypotheses(joints[rows, order], position[rows, order], rotation[rows, order])
+
+    def _answers(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the network's answers (N, K, dof) to poses (N, 7), inside the limits."""
+        with torch_threads(self.threads), torch.inference_mode():
+            output = self.network(torch.as_tensor(poses, dtype=torch.float32))
+        return np.clip(output.numpy().astype(np.float64), self.lower, self.upper)
 
     def _solve_batch(
         self,

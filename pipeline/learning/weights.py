@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -47,19 +48,20 @@ def _save(path: Path, tensors: dict[str, Tensor]) -> None:
         save_file({n: t.contiguous().cpu() for n, t in tensors.items()}, partial)
 
 
-def load_network(folder: Path, robot: Robot) -> IkNetwork:
+def load_network(folder: Path, robot: Robot, kinds: Collection[str] = ()) -> IkNetwork:
     """Rebuild the network that a card describes and load its weights.
 
     Args:
         folder: Holds weights.safetensors and card.json.
         robot: The robot that the weights must be for.
+        kinds: Kinds of networks that will do; empty for any.
 
     Returns:
         The network in evaluation mode on the CPU.
 
     Raises:
-        WeightsError: Files are missing or damaged, or the weights are of another robot, chain or
-            architecture.
+        WeightsError: Files are missing or damaged, or the weights are of another robot, chain, kind
+            of network or architecture.
     """
     card = read_card(folder)
     _check_robot(folder, card, robot)
@@ -69,6 +71,11 @@ def load_network(folder: Path, robot: Robot) -> IkNetwork:
             f"{path} is missing or not the file that its card speaks of; train again"
         )
     model = card["config"]["model"]
+    if kinds and model["kind"] not in kinds:
+        raise WeightsError(
+            f"the weights in {folder} are of a network of kind '{model['kind']}', expected one of "
+            f"{', '.join(kinds)}; train such a model, see conf/model"
+        )
     network = build_network(robot, ModelConfig(**model))
     try:
         network.load_state_dict(load_file(path))
@@ -86,6 +93,15 @@ def read_card(folder: Path) -> dict[str, Any]:
     if not (folder / CARD).exists():
         raise WeightsError(f"there are no trained weights in {folder}")
     return dict(read_json(folder / CARD))
+
+
+def kind_of(folder: Path) -> str:
+    """Return the kind of network (``model.kind``) of trained weights; empty if the card lacks it.
+
+    Raises:
+        WeightsError: There are no weights.
+    """
+    return str(read_card(folder).get("config", {}).get("model", {}).get("kind", ""))
 
 
 def chain_facts(robot: Robot) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from baselines import Solver
 from pipeline.artifacts import Artifacts
-from pipeline.config import to_dict
+from pipeline.config import compose, to_dict
 from pipeline.data.dataset import CARD, DatasetError, card_config
 from pipeline.data.files import read_yaml
 from pipeline.errors import ConfigError, choices
@@ -20,7 +20,7 @@ from pipeline.learning.weights import read_card
 from pipeline.progress import LOGGER
 from pipeline.provenance import ROOT
 from pipeline.settings import Config
-from pipeline.solvers import is_neural, load_solver
+from pipeline.solvers import is_neural, load_solver, models_of
 from pipeline.stages import run_stage
 from robots import Robot, available_robots, load_robot
 
@@ -108,8 +108,19 @@ def _same_training(folder: Path, config: Config) -> bool:
 
 
 def solver_of(name: str, robot: Robot, config: Config) -> Solver:
-    """Make a solver for a run; a neural one gets the weights of the run."""
-    return load_solver(name, robot, weights_of(config) if is_neural(name) else None)
+    """Make a solver for a run; a neural one gets the weights of the run.
+
+    One that takes no network of the kind of the run's model gets the model that is meant for it.
+    """
+    if not is_neural(name):
+        return load_solver(name, robot)
+    kinds, model = models_of(name)
+    if config.model.kind not in kinds:
+        train = replace(config.train, source="default")  # a search was for the run's own model
+        config = replace(
+            config, model=compose([f"robot={robot.name}", f"model={model}"]).model, train=train
+        )
+    return load_solver(name, robot, weights_of(config))
 
 
 def trained_config(config: Config) -> Config:

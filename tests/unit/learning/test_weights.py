@@ -12,6 +12,7 @@ from pipeline.config import compose, to_dict
 from pipeline.learning.networks import IkNetwork, build_network
 from pipeline.learning.solver import CycleIk
 from pipeline.learning.weights import WeightsError, chain_facts, load_network, save_weights
+from pipeline.solvers import find_weights, models_of
 from robots import Robot, load_robot
 
 
@@ -75,3 +76,21 @@ def test_the_solver_takes_the_best_hypothesis_and_claims_what_is_true(
     assert (error_mm[solution.found] <= 400).all()
     assert 0 < solution.found.sum() < len(poses)
     assert len(solver.solve(np.empty((0, 7)))) == 0
+
+
+def test_a_solver_takes_weights_of_its_own_kinds_only(
+    tmp_path: Path, robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipeline.solvers.RESULTS", tmp_path)
+    folder = tmp_path / "quick" / "train" / "panda"
+    for name, kind in (("a", "another"), ("tiny", "mlp")):
+        save_weights(folder / name, torch.nn.Linear(1, 1), {"config": {"model": {"kind": kind}}})
+    kinds, model = models_of("cycleik")
+    assert find_weights("panda", kinds, model) == folder / "tiny"
+    assert find_weights("panda", ("another",), model) == folder / "a"
+    with pytest.raises(WeightsError, match=r"kind other for panda; train .* model=some"):
+        find_weights("panda", ("other",), "some")
+    card = {**chain_facts(robot), "config": {"model": {"kind": "another"}}}
+    save_weights(folder / "a", torch.nn.Linear(1, 1), card)
+    with pytest.raises(WeightsError, match="kind 'another', expected one of mlp"):
+        load_network(folder / "a", robot, kinds)
