@@ -16,22 +16,28 @@ Array = NDArray[np.float64]
 class Simulation:
     """A PyBullet client with one robot on a fixed base, in its posture at home.
 
-    Cylinders are kept as cylinders; by default PyBullet would turn them into meshes.
-
     Attributes:
         client: Number of the client.
         body: Number of the body.
         joints: Number of each joint by its name.
         links: Number of each link by its name.
+        pairs: Numbers of the two links of each pair that is checked for collisions.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, flags: int = pybullet.URDF_USE_IMPLICIT_CYLINDER) -> None:
+        """Load a robot.
+
+        Args:
+            robot: The robot.
+            flags: How PyBullet reads the URDF, besides taking its inertias; by default cylinders
+                stay cylinders, without a flag they become meshes.
+        """
         self.robot = robot
         self.client = pybullet.connect(pybullet.DIRECT)
         self.body = pybullet.loadURDF(
             str(robot.urdf_path),
             useFixedBase=True,
-            flags=pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER,
+            flags=pybullet.URDF_USE_INERTIA_FROM_FILE | flags,
             physicsClientId=self.client,
         )
         self.joints: dict[str, int] = {}
@@ -41,6 +47,7 @@ class Simulation:
             self.joints[info[1].decode()], self.links[info[12].decode()] = index, index
         for name, position in robot.description.posture.items():
             self._set(name, position)
+        self.pairs = [(self.links[a], self.links[b]) for a, b in robot.collision.pairs]
         self.move(robot.home)
 
     def __enter__(self) -> Self:
@@ -53,6 +60,26 @@ class Simulation:
         """Put the chain at joints (dof,) without dynamics."""
         for name, position in zip(self.robot.joint_names, joints, strict=True):
             self._set(name, position)
+
+    def gap(self, within: float) -> float:
+        """Return the least distance of the checked pairs, negative in contact, m.
+
+        These are PyBullet's own shapes, whose edges it rounds by a margin of 1 mm, inward.
+
+        Args:
+            within: Pairs farther apart than this are not looked at; it is returned then. Above 0:
+                asked for contacts alone PyBullet overlooks boxes that touch, unless the body was
+                loaded with `URDF_USE_SELF_COLLISION`.
+        """
+        body = self.body
+        points = (
+            point
+            for a, b in self.pairs
+            for point in pybullet.getClosestPoints(
+                body, body, within, a, b, physicsClientId=self.client
+            )
+        )
+        return min((point[8] for point in points), default=within)
 
     def _set(self, name: str, position: float) -> None:
         pybullet.resetJointState(
@@ -83,8 +110,7 @@ class SharpShapes:
                 body = pybullet.createMultiBody(0.0, shape, physicsClientId=client)
                 pybullet.changeDynamics(body, -1, collisionMargin=0.0, physicsClientId=client)
                 self.bodies.append((link, body, position, orientation))
-        links = simulation.links
-        pairs = {(links[a], links[b]) for a, b in simulation.robot.collision.pairs}
+        pairs = set(simulation.pairs)
         self.pairs = [
             (first[1], second[1])
             for first in self.bodies
