@@ -1,14 +1,7 @@
-"""A URDF of the chain alone, for libraries that read URDF files themselves.
-
-It is written from the robot's own arrays, so it holds nothing that these parsers stumble over
-(meshes, other branches, `<safety_controller>`, which makes pytracik read limits as 0), joints that
-stand still are folded in, every library gets the limits of the robot, and continuous joints are
-revolute. Only the names of base, tip and joints are those of the original.
-"""
+"""The URDF of the chain alone (`robots.serial_urdf`) for solvers that read URDF files."""
 
 from __future__ import annotations
 
-import math
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,18 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from baselines.errors import SolverError
-from robots.rotations import rpy_from_matrix
+from robots.errors import RobotError
+from robots.serial_urdf import serial_urdf
 
 if TYPE_CHECKING:
     from robots import Robot
-
-# These libraries insist on numbers, on which inverse kinematics does not depend.
-EFFORT = 100.0
-VELOCITY = 1.0
-INERTIAL = (
-    '<inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" '
-    'ixy="0" ixz="0" iyz="0"/></inertial>'
-)
 
 
 def chain_urdf(robot: Robot) -> str:
@@ -36,26 +22,10 @@ def chain_urdf(robot: Robot) -> str:
     Raises:
         SolverError: A joint of the chain mimics another one, which these libraries cannot express.
     """
-    chain = robot.chain
-    if len(chain.variable) != robot.dof:
-        raise SolverError(
-            f"{robot.name}: a joint of the chain mimics another one; solvers that read URDF files "
-            "cannot express that"
-        )
-    links = [robot.base, *(f"link_{k}" for k in range(1, robot.dof + 1)), robot.tip]
-    lines = [f'<robot name="{robot.name}">']
-    # KDL warns about a root link that has inertia.
-    lines += [f'<link name="{links[0]}"/>']
-    lines += [f'<link name="{link}">{INERTIAL}</link>' for link in links[1:]]
-    for k, (rotation, translation) in enumerate(
-        zip(chain.rotations, chain.translations, strict=True)
-    ):
-        lines.append(
-            f'<joint {_kind(robot, k)}><origin xyz="{_numbers(translation)}" '
-            f'rpy="{_numbers(rpy_from_matrix(rotation))}"/>'
-            f'<parent link="{links[k]}"/><child link="{links[k + 1]}"/>{_limit(robot, k)}</joint>'
-        )
-    return "\n".join([*lines, "</robot>\n"])
+    try:
+        return serial_urdf(robot)
+    except RobotError as error:
+        raise SolverError(str(error)) from error
 
 
 @contextmanager
@@ -65,25 +35,3 @@ def chain_urdf_file(robot: Robot) -> Iterator[Path]:
         path = Path(folder) / "chain.urdf"
         path.write_text(chain_urdf(robot))
         yield path
-
-
-def _numbers(values: object) -> str:
-    return " ".join(repr(float(value)) for value in values)  # type: ignore[attr-defined]
-
-
-def _kind(robot: Robot, k: int) -> str:
-    if k == robot.dof:
-        return 'name="to_tip" type="fixed"'
-    kind = "prismatic" if robot.chain.prismatic[k] else "revolute"
-    return f'name="{robot.joint_names[k]}" type="{kind}"'
-
-
-def _limit(robot: Robot, k: int) -> str:
-    if k == robot.dof:
-        return ""
-    velocity = float(robot.velocity_limit[k])
-    return (
-        f'<axis xyz="0 0 1"/><limit lower="{float(robot.lower[k])!r}" '
-        f'upper="{float(robot.upper[k])!r}" effort="{EFFORT}" '
-        f'velocity="{velocity if math.isfinite(velocity) else VELOCITY}"/>'
-    )

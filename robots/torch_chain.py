@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from robots.errors import RobotError
-from robots.rotations import rpy_from_matrix
+from robots.serial_urdf import serial_urdf
 
 if TYPE_CHECKING:
     import torch
@@ -30,34 +29,5 @@ def build_torch_chain(robot: Robot, dtype: torch.dtype, device: str) -> Any:
     """
     import pytorch_kinematics
 
-    if len(robot.chain.variable) != robot.dof:
-        raise RobotError(
-            f"'{robot.name}': a joint of the chain mimics another one, which pytorch-kinematics "
-            f"cannot express; choose a tip above it or give the joint a posture"
-        )
-    xml = _serial_urdf(robot).encode()
-    tip = f"link{robot.dof + 1}"
-    return pytorch_kinematics.build_serial_chain_from_urdf(xml, tip).to(dtype=dtype, device=device)
-
-
-def _serial_urdf(robot: Robot) -> str:
-    """URDF of the bare chain, every axis z, as in `robots.chain`."""
-    chain = robot.chain
-    lines = [f'<robot name="{robot.name}">', '<link name="link0"/>']
-    for k, (rotation, translation) in enumerate(
-        zip(chain.rotations, chain.translations, strict=True)
-    ):
-        xyz = " ".join(repr(float(v)) for v in translation)
-        rpy = " ".join(repr(float(v)) for v in rpy_from_matrix(rotation))
-        name, kind, limit = "tip", "fixed", ""
-        if k < robot.dof:
-            name = robot.joint_names[k]
-            kind = "prismatic" if chain.prismatic[k] else "revolute"
-            bounds = f'lower="{float(robot.lower[k])!r}" upper="{float(robot.upper[k])!r}"'
-            limit = f'<axis xyz="0 0 1"/><limit {bounds} velocity="1" effort="1"/>'
-        lines += [
-            f'<link name="link{k + 1}"/>',
-            f'<joint name="{name}" type="{kind}"><origin xyz="{xyz}" rpy="{rpy}"/>'
-            f'<parent link="link{k}"/><child link="link{k + 1}"/>{limit}</joint>',
-        ]
-    return "\n".join([*lines, "</robot>"])
+    chain = pytorch_kinematics.build_serial_chain_from_urdf(serial_urdf(robot).encode(), robot.tip)
+    return chain.to(dtype=dtype, device=device)
