@@ -73,13 +73,24 @@ class ModelConfig:
     tanh_layers: int = MISSING
     width: int = MISSING
     heads: int = MISSING
+    experts: int = 1  # of kind experts; the other kinds are one network for all poses
+    encoder: list[int] = field(default_factory=list)  # these are of kind flow
+    couplings: int = 0
+    components: int = 0
+    noise: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse layers without neurons and a count of tanh layers beyond the network."""
-        one_of("model.kind", self.kind, ("mlp", "residual"))
+        one_of("model.kind", self.kind, ("mlp", "experts", "null_space", "null_space_mlp", "flow"))
         positive_all("model.hidden", self.hidden)
         positive("model.width", self.width)
         positive("model.heads", self.heads)
+        positive("model.experts", self.experts)
+        if self.kind == "flow":
+            positive_all("model.encoder", self.encoder)
+            positive("model.couplings", self.couplings)
+            positive("model.components", self.components)
+            at_least("model.noise", self.noise, 0)
         if self.kind == "mlp" and self.heads != 1:
             raise ValueError(f"model.heads must be 1 for model.kind=mlp, got {self.heads}")
         within("model.tanh_layers", self.tanh_layers, 1, len(self.hidden) + 1)
@@ -108,6 +119,8 @@ class TrainConfig:
     precision: str = MISSING
     validations: int = MISSING
     checkpoint_s: float = MISSING
+    variance_weight: float = MISSING
+    variance_samples: int = MISSING
     constraints: list[ConstraintConfig] = MISSING
     constraint_scale: float = MISSING
     keep: str = MISSING
@@ -123,6 +136,8 @@ class TrainConfig:
         one_of("train.device", self.device, ("auto", "cpu", "cuda"))
         one_of("train.precision", self.precision, ("float32", "bfloat16_backward"))
         one_of("train.keep", self.keep, ("last", "best"))
+        at_least("train.variance_weight", self.variance_weight, 0)
+        at_least("train.variance_samples", self.variance_samples, 2)
         at_least("train.constraint_scale", self.constraint_scale, 0)
         at_least("train.repetition", self.repetition, 0)
         one_of("train.from", self.source, ("default", "best"))

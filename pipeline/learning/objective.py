@@ -8,6 +8,8 @@ import torch
 from torch import Tensor, nn
 
 from pipeline.learning.constraints import make_penalty
+from pipeline.learning.flow import FlowNetwork
+from pipeline.learning.flow_objective import FlowObjective
 from pipeline.learning.kinematics import make_kinematics
 from pipeline.learning.losses import (
     PoseLoss,
@@ -16,6 +18,8 @@ from pipeline.learning.losses import (
     winner_takes_most,
 )
 from pipeline.learning.networks import IkNetwork
+from pipeline.learning.null_space import NullSpaceGenerator
+from pipeline.learning.null_space_objective import NullSpaceObjective
 from pipeline.learning.rotation import quaternion_from_matrix
 from pipeline.settings import TrainConfig
 from robots import Robot
@@ -55,6 +59,10 @@ def make_objective(
     Raises:
         TypeError: No objective is known for this class.
     """
+    if isinstance(network, FlowNetwork):
+        return FlowObjective(robot, network, train, device, seed)
+    if isinstance(network, NullSpaceGenerator):
+        return NullSpaceObjective(robot, network, train, device, seed)
     if isinstance(network, IkNetwork):
         return CycleObjective(robot, network, train, device)
     raise TypeError(f"there is no training objective for a {type(network).__name__}")

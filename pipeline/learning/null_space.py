@@ -1,0 +1,98 @@
+"""Null-space generators: pose and noise in, joints out, another solution for another noise."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import torch
+from torch import Tensor, nn
+from torch.nn.functional import gelu
+
+from pipeline.learning.networks import MATRIX_POSE_SIZE, POSE_SIZE, IkNetwork
+from pipeline.learning.rotation import matrix_from_quaternion
+from pipeline.settings import ModelConfig
+from robots import Robot
+
+
+class NullSpaceGenerator(IkNetwork):
+    """A network that draws solutions of a pose (section III-D of the paper, its GAN).
+
+    The noise has as many values as the robot has joints and is uniform in [0, 1).
+
+    Args:
+        robot: The robot.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        super().__init__(robot, heads=1)
+
+    def forward(self, poses: Tensor) -> Tensor:
+        """Return the joints (N, 1, dof) that the middle of the noise stands for."""
+        return self.answers(poses, poses.new_full((len(poses), self.dof), 0.5)).unsqueeze(1)
+
+    def answers(self, poses: Tensor, noise: Tensor) -> Tensor:
+        """Return joints (N, dof) in rad or m for poses (N, 7) and noise (N, dof)."""
+        output = self.generated(self.scaled(poses), poses[:, 3:], noise)
+        return self.joint_centre + self.joint_scale * output
+
+    def generated(self, position: Tensor, quaternion: Tensor, noise: Tensor) -> Tensor:
+        """Return (N, dof) in [-1, 1] for scaled positions (N, 3), quaternions, and noise."""
+        raise NotImplementedError
+
+
+class NullSpaceMlp(NullSpaceGenerator):
+    """The generator of the paper: the layers of its CycleIK network with the noise joined on.
+
+    Args:
+        robot: The robot.
+        model: Neurons of each hidden layer and the number of tanh layers, output included.
+    """
+
+    def __init__(self, robot: Robot, model: ModelConfig) -> None:
+        super().__init__(robot)
+        sizes = [POSE_SIZE + robot.dof, *model.hidden, robot.dof]
+        layers = [nn.Linear(inputs, outputs) for inputs, outputs in pairwise(sizes)]
+        for layer in layers:
+            nn.init.xavier_normal_(layer.weight)
+        self.layers = nn.ModuleList(layers)
+        self.first_tanh = len(self.layers) - model.tanh_layers
+
+    def generated(self, position: Tensor, quaternion: Tensor, noise: Tensor) -> Tensor:
+        """See `NullSpaceGenerator.generated`."""
+        values = torch.cat((position, quaternion, noise), dim=1)
+        for index, layer in enumerate(self.layers):
+            values = layer(values)
+            values = gelu(values) if index < self.first_tanh else torch.tanh(values)
+        return values
+
+
+class NullSpaceResidual(NullSpaceGenerator):
+    """Our generator: residual blocks, the rotation as a matrix, the noise scaled to [-1, 1].
+
+    Args:
+        robot: The robot.
+        model: Width of the residual stream, neurons of each block's hidden layer.
+    """
+
+    def __init__(self, robot: Robot, model: ModelConfig) -> None:
+        super().__init__(robot)
+        self.entry = nn.Linear(MATRIX_POSE_SIZE + robot.dof, model.width)
+        self.blocks = nn.ModuleList(
+            nn.Sequential(
+                nn.LayerNorm(model.width),
+                nn.Linear(model.width, neurons),
+                nn.GELU(approximate="tanh"),
+                nn.Linear(neurons, model.width),
+            )
+            for neurons in model.hidden
+        )
+        self.norm = nn.LayerNorm(model.width)
+        self.exit = nn.Linear(model.width, robot.dof)
+
+    def generated(self, position: Tensor, quaternion: Tensor, noise: Tensor) -> Tensor:
+        """See `NullSpaceGenerator.generated`."""
+        rotation = matrix_from_quaternion(quaternion).flatten(1)
+        values = self.entry(torch.cat((position, rotation, 2 * noise - 1), dim=1))
+        for block in self.blocks:
+            values = values + block(values)
+        return torch.tanh(self.exit(self.norm(values)))

@@ -1,0 +1,77 @@
+"""What a null-space generator is trained for: its answers reach the pose, and they vary."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from pipeline.learning.constraints import make_penalty
+from pipeline.learning.kinematics import make_kinematics
+from pipeline.learning.losses import PoseLoss, position_error_mm, rotation_error_deg
+from pipeline.learning.null_space import NullSpaceGenerator
+from pipeline.learning.rotation import quaternion_from_matrix
+from pipeline.seeding import derive_seed
+from pipeline.settings import TrainConfig
+from robots import Robot
+
+UNIFORM_VARIANCE = 1 / 12  # of a number that is uniform in [0, 1)
+
+
+class NullSpaceObjective:
+    """Cycle losses of several answers to each pose, and a pull of their variance.
+
+    The variance of the answers to one pose, mean over the joints, is pulled to that of the noise,
+    so that the noise is not ignored (the paper's variance term; rad², or m² of a sliding joint).
+
+    Args:
+        robot: Gives forward kinematics.
+        network: The generator.
+        train: Losses, weights, answers a pose.
+        device: Where batches lie.
+        seed: Root of the noise: that of a step follows from it and the step.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        network: NullSpaceGenerator,
+        train: TrainConfig,
+        device: torch.device,
+        seed: int,
+    ) -> None:
+        self.network, self.train, self.seed = network, train, seed
+        self.kinematics = make_kinematics(robot, train.kinematics, device)
+        self.pose_loss = PoseLoss(train)
+        self.penalty = make_penalty(robot, train, device)
+
+    def loss(self, poses: Tensor, joints: Tensor, step: int, done: float) -> Tensor:
+        """See `Objective.loss`."""
+        samples = self.train.variance_samples
+        targets = poses.repeat_interleave(samples, dim=0)
+        answers = self.network.answers(targets, self._noise(targets, "step", step))
+        losses = self.pose_loss(*self.kinematics(answers), targets)
+        if self.penalty is not None:
+            losses = losses + self.penalty(answers)
+        spread = variance_loss(answers.unflatten(0, (len(poses), samples)))
+        return losses.mean() + self.train.variance_weight * spread
+
+    @torch.no_grad()
+    def errors(self, poses: Tensor) -> tuple[Tensor, Tensor]:
+        """Return errors (N,) in mm and deg of one answer to each of poses (N, 7)."""
+        answers = self.network.answers(poses, self._noise(poses, "errors", 0))
+        position, rotation = self.kinematics(answers)
+        quaternion = quaternion_from_matrix(rotation)
+        return (
+            position_error_mm(position, poses[:, :3]),
+            rotation_error_deg(quaternion, poses[:, 3:]),
+        )
+
+    def _noise(self, poses: Tensor, use: str, step: int) -> Tensor:
+        """Noise (N, dof) for poses (N, 7), drawn on the CPU: the same on every device."""
+        generator = torch.Generator().manual_seed(derive_seed(self.seed, use, step))
+        return torch.rand(len(poses), self.network.dof, generator=generator).to(poses.device)
+
+
+def variance_loss(answers: Tensor) -> Tensor:
+    """Return how far answers (N, S, dof) are from the variance of the noise, mean over poses."""
+    return (answers.var(dim=1).mean(dim=1) - UNIFORM_VARIANCE).abs().mean()
