@@ -84,6 +84,34 @@ def test_quaternion_sign_does_not_matter(first, second):
     np.testing.assert_allclose(negated.paper_rotation_deg, errors.paper_rotation_deg, atol=1e-9)
 
 
+def test_a_whole_set_is_the_same_whichever_of_the_two_quaternions_is_written():
+    target, reached = random_poses(300, 5), random_poses(300, 6)
+    wanted = pose_errors(target, reached)
+    flip = np.array([1, 1, 1, -1, -1, -1, -1])
+    for first, second in ((target * flip, reached), (target, reached * flip)):
+        errors = pose_errors(first, second)
+        for name in vars(wanted):
+            np.testing.assert_allclose(getattr(errors, name), getattr(wanted, name), atol=1e-9)
+
+
+def test_half_a_turn_is_the_largest_rotation():
+    errors = pose_errors(UNIT[None], pose([0, 0, 0], [0, 1, 0, 0]))
+    assert errors.rotation_deg == pytest.approx([180.0])
+    assert errors.paper_rotation_deg == pytest.approx([60.0])
+
+
+def test_position_and_rotation_by_hand_together():
+    target = pose([0.1, 0.2, 0.3], Rotation.from_rotvec([0, 0, np.pi / 2]).as_quat()[[3, 0, 1, 2]])
+    reached = pose(
+        [0.1, 0.204, 0.297], Rotation.from_rotvec([0, 0, np.pi / 3]).as_quat()[[3, 0, 1, 2]]
+    )
+    errors = pose_errors(target, reached)
+    assert errors.position_mm == pytest.approx([5.0])
+    assert errors.paper_position_mm == pytest.approx([7.0 / 3])
+    assert errors.rotation_deg == pytest.approx([30.0])
+    assert errors.paper_rotation_deg == pytest.approx([10.0])
+
+
 def test_paper_family_is_never_above_the_geodesic_one_in_position():
     errors = pose_errors(random_poses(200, 3), random_poses(200, 4))
     assert (errors.paper_position_mm <= errors.position_mm + 1e-9).all()

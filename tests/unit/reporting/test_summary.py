@@ -93,3 +93,29 @@ def test_poses_of_another_test_set_are_not_compared():
     moved = raw_rows(solver="lm", poses=30).assign(target_x_m=5.0)
     rows = pd.concat([raw_rows(solver="cycleik", poses=30), moved])
     assert compare_solvers(rows, report_config()).empty
+
+
+def test_a_batch_that_goes_through_the_poses_again_is_not_the_main_one():
+    again = raw_rows(poses=120, batch_size=120).assign(pose=np.arange(120) % 50)
+    summary = summarise(pd.concat([raw_rows(poses=50), again]), report_config())
+    assert summary.set_index("batch_size").main.to_dict() == {1: True, 120: False}
+    assert summary.calls.tolist() == [50, 1]
+    assert summary.poses.tolist() == [50, 50]
+
+
+def test_poses_and_training_seeds_are_kept_apart():
+    seeds = [raw_rows(poses=60).assign(seed=seed) for seed in range(3)]
+    for shift, rows in zip((-1.0, 0.0, 1.0), seeds, strict=True):
+        rows["position_error_mm"] = 5.0 + shift  # trainings differ, poses do not
+    line = summarise(pd.concat(seeds), report_config()).iloc[0]
+    assert (line.poses, line.seeds) == (60, 3)
+    assert line.position_error_mm_mean_low == pytest.approx(5.0)
+    assert line.position_error_mm_mean_high == pytest.approx(5.0)
+    assert line.position_error_mm_mean_seeds_low == pytest.approx(4.0, abs=0.4)
+    assert line.position_error_mm_mean_seeds_high == pytest.approx(6.0, abs=0.4)
+    one = summarise(seeds[0], report_config()).iloc[0]
+    assert np.isnan(one.position_error_mm_mean_seeds_low)
+    several = [rows.assign(position_error_mm=50.0, found=rows.pose < 40) for rows in seeds]
+    line = summarise(pd.concat(several), report_config()).iloc[0]
+    alone = summarise(several[0], report_config()).iloc[0]
+    assert line.success_loose_high == pytest.approx(alone.success_loose_high)

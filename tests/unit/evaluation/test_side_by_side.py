@@ -1,0 +1,45 @@
+"""Evaluations in turns and side by side: the order, the cores, and jobs that fail."""
+
+import pytest
+
+from pipeline.commands.benchmark import benchmark
+from pipeline.evaluation.side_by_side import Job, jobs_in_turns, run_jobs
+
+
+def test_robots_begin_with_other_solvers_and_unpinned_jobs_come_last():
+    jobs = jobs_in_turns(["a", "b", "c"], ["x", "y"], ["y"])
+    told = [str(job) for job in jobs]
+    assert told[:6] == ["a x", "a y", "b y", "b x", "c x", "c y"]
+    assert told[6:] == ["a y unpinned", "b y unpinned", "c y unpinned"]
+    assert len({job.file_name for job in jobs}) == len(jobs)
+
+
+def test_every_job_runs_once_on_a_core_of_its_own_and_a_failure_stops_no_other(tmp_path):
+    seen = []
+    jobs = jobs_in_turns(["a", "b"], ["x", "y"], ["y"])
+
+    def command(job, place, beside):
+        seen.append((job, place, beside))
+        return ["solvers"] if job != Job("a", "y") else ["no-such-command"]
+
+    failed = run_jobs(jobs, command, 2, tmp_path / "logs")
+    assert failed == [Job("a", "y")]
+    assert sorted(str(job) for job, _, _ in seen) == sorted(str(job) for job in jobs)
+    assert {(place, beside) for job, place, beside in seen if not job.pinned} == {(0, 1)}
+    assert {beside for job, _, beside in seen if job.pinned} == {2}
+    assert "error:" in (tmp_path / "logs" / Job("a", "y").file_name).read_text()
+
+
+@pytest.mark.parametrize(
+    ("argument", "words"),
+    [
+        ("robot=panda", "takes robots="),
+        ("--fast", "takes robots="),
+        ("processes=0", "whole number from 1"),
+        ("numerical=[placco]", "did you mean 'placo'"),
+        ("robots=[pandaa]", "did you mean 'panda'"),
+    ],
+)
+def test_what_cannot_run_is_refused_before_the_first_job(argument, words):
+    with pytest.raises(ValueError, match=words):
+        benchmark([argument, "profile=smoke"])
