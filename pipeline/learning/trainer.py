@@ -153,8 +153,12 @@ class Trainer:
         self.optimizer.zero_grad(set_to_none=True)
         with backward_precision(self.train.precision):
             loss.backward()
-        norm = nn.utils.clip_grad_norm_(self.network.parameters(), self.train.gradient_clip)
+        parameters, clip = list(self.network.parameters()), self.train.gradient_clip
+        norm = nn.utils.get_total_norm([p.grad for p in parameters if p.grad is not None])
         if torch.isfinite(norm):
+            # Gradients that are small enough are not written again, which takes a while.
+            if norm > clip:
+                nn.utils.clip_grads_with_norm_(parameters, clip, norm)
             self.optimizer.step()
             progress.loss_sum += float(loss.detach())
             progress.loss_steps += 1
