@@ -138,7 +138,7 @@ def _raw_rows(results: Results, path: Path) -> pd.DataFrame | None:
     if rows is not None and rows.empty:
         results.notes.append(f"{_short(results, path)} holds no rows.")
         return None
-    return None if rows is None else rows.drop(columns=[c for c in rows if JOINT.fullmatch(c)])
+    return None if rows is None else rows.drop(columns=[c for c in rows if JOINT.fullmatch(str(c))])
 
 
 def _read_plan(results: Results, place: Path) -> None:

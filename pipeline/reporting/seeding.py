@@ -30,7 +30,7 @@ def seed_effects(home: pd.DataFrame, seeded: pd.DataFrame, config: ReportConfig)
     """
     a, b = (_by_pose(rows, config) for rows in (home, seeded))
     both = a.join(b, how="inner", lsuffix="_home", rsuffix="_seeded").reset_index()
-    lines = [_line(part, int(size)) for size, part in both.groupby("batch_size")]
+    lines = [_line(part) for _, part in both.groupby("batch_size")]
     if not lines:
         return pd.DataFrame()
     main = main_batch(both)
@@ -68,11 +68,11 @@ def _by_pose(rows: pd.DataFrame, config: ReportConfig) -> pd.DataFrame:
     return values.drop_duplicates(PAIRED).set_index(PAIRED)
 
 
-def _line(both: pd.DataFrame, batch_size: int) -> dict[str, Any]:
+def _line(both: pd.DataFrame) -> dict[str, Any]:
     rate = mcnemar(both.reached_seeded, both.reached_home)
     time = wilcoxon(both.time_per_pose_us_seeded, both.time_per_pose_us_home)
     return {
-        "batch_size": batch_size,
+        "batch_size": int(both.batch_size.iloc[0]),
         "poses": len(both),
         "success_home": float(both.reached_home.mean()),
         "success_seeded": float(both.reached_seeded.mean()),

@@ -121,7 +121,7 @@ def _intervals(rows: pd.DataFrame, name: str, config: ReportConfig) -> dict[str,
     once, with its mean over the seeds. Over seeds: how far other trainings would. One training says
     nothing of the second, which is NaN then.
     """
-    numbers = {}
+    numbers: dict[str, float] = {}
     for unit, key in (("", "pose"), ("_seeds", "seed")):
         means = rows[name] if key == "pose" and rows.seed.nunique() == 1 else None
         means = rows.groupby(key)[name].mean() if means is None else means
