@@ -95,12 +95,15 @@ class SharpShapes:
 
     Attributes:
         bodies: (link, body, position and orientation of the shape in the link's inertial frame).
+        radii: (S,) of a sphere around the centre of each that holds it, m.
+        pairs: (P, 2) rows of two bodies to check.
     """
 
     def __init__(self, simulation: Simulation) -> None:
         self.simulation = simulation
         client = simulation.client
         self.bodies = []
+        radii = []
         for link in simulation.links.values():
             shapes = pybullet.getCollisionShapeData(simulation.body, link, client)
             for _, _, kind, size, _, position, orientation in shapes:
@@ -110,13 +113,17 @@ class SharpShapes:
                 body = pybullet.createMultiBody(0.0, shape, physicsClientId=client)
                 pybullet.changeDynamics(body, -1, collisionMargin=0.0, physicsClientId=client)
                 self.bodies.append((link, body, position, orientation))
+                radii.append(_radius(kind, size))
+        self.radii = np.array(radii)
         pairs = set(simulation.pairs)
-        self.pairs = [
-            (first[1], second[1])
-            for first in self.bodies
-            for second in self.bodies
-            if (first[0], second[0]) in pairs
-        ]
+        self.pairs = np.array(
+            [
+                (i, j)
+                for i, first in enumerate(self.bodies)
+                for j, second in enumerate(self.bodies)
+                if (first[0], second[0]) in pairs
+            ]
+        )
 
     def gap(self, within: float) -> float:
         """Return the least distance of the checked pairs, negative in contact, m.
@@ -125,13 +132,19 @@ class SharpShapes:
             within: Pairs farther apart than this are not looked at; it is returned then.
         """
         client = self.simulation.client
-        for link, body, position, orientation in self.bodies:
+        centres = np.empty((len(self.bodies), 3))
+        for row, (link, body, position, orientation) in enumerate(self.bodies):
             pose = pybullet.multiplyTransforms(*self._inertial(link), position, orientation)
             pybullet.resetBasePositionAndOrientation(body, *pose, physicsClientId=client)
+            centres[row] = pose[0]
+        apart = np.linalg.norm(np.subtract(*centres[self.pairs.T]), axis=1)
+        near = self.pairs[apart < self.radii[self.pairs].sum(axis=1) + within]
         points = (
             point
-            for pair in self.pairs
-            for point in pybullet.getClosestPoints(*pair, within, physicsClientId=client)
+            for i, j in near
+            for point in pybullet.getClosestPoints(
+                self.bodies[i][1], self.bodies[j][1], within, physicsClientId=client
+            )
         )
         return min((point[8] for point in points), default=within)
 
@@ -150,3 +163,12 @@ def _arguments(kind: int, size: tuple[float, float, float]) -> dict[str, object]
         return {"height": size[0], "radius": size[1]}
     assert kind == pybullet.GEOM_SPHERE, f"no shape of kind {kind} is expected"
     return {"radius": size[0]}
+
+
+def _radius(kind: int, size: tuple[float, float, float]) -> float:
+    """Return the radius in m of the sphere that holds a shape, sizes as PyBullet tells them."""
+    if kind == pybullet.GEOM_BOX:
+        return float(np.linalg.norm(size)) / 2.0
+    if kind == pybullet.GEOM_CYLINDER:
+        return float(np.hypot(size[0] / 2.0, size[1]))
+    return size[0]
