@@ -134,25 +134,29 @@ def _compose_raw(overrides: Sequence[str]) -> DictConfig:
 
 
 @cache
-def _defaults() -> DictConfig:
-    """The configuration without overrides, to look keys up in; never changed."""
-    return _compose_raw([])
+def _base(groups: tuple[str, ...]) -> DictConfig:
+    """The configuration with choices of groups only, to look keys up in; never changed."""
+    return _compose_raw(groups)
 
 
 def _check_names(parsed: Sequence[Override]) -> None:
     """Refuse unknown choices and keys before Hydra does, with the valid ones."""
-    base: DictConfig | None = None
+    groups: list[str] = []
+    keys: list[Override] = []
     for override in parsed:
         key = override.key_or_group
-        if (CONF_DIR / key).is_dir():
-            value = override.value()
-            if value is not None and str(value) not in group_choices(key):
-                raise ConfigError(choices(key, str(value), group_choices(key)))
+        if not (CONF_DIR / key).is_dir():
+            keys.append(override)
             continue
+        value = override.value()
+        if value is not None and str(value) not in group_choices(key):
+            raise ConfigError(choices(key, str(value), group_choices(key)))
+        groups.append(cast(str, override.input_line))
+    for override in keys:
         if override.is_delete():
             raise ConfigError(f"'{override.input_line}': keys cannot be removed, only set")
-        base = _defaults() if base is None else base
-        _check_key(base, key, override.is_add() or override.is_force_add())
+        adds = override.is_add() or override.is_force_add()
+        _check_key(_base(tuple(groups)), override.key_or_group, adds)
 
 
 def _check_key(base: DictConfig, key: str, adds: bool) -> None:

@@ -116,11 +116,15 @@ def solver_of(name: str, robot: Robot, config: Config) -> Solver:
         return load_solver(name, robot)
     kinds, model = models_of(name)
     if config.model.kind not in kinds:
-        train = replace(config.train, source="default")  # a search was for the run's own model
-        config = replace(
-            config, model=compose([f"robot={robot.name}", f"model={model}"]).model, train=train
-        )
+        config = _with_model(model, config)
     return load_solver(name, robot, weights_of(config))
+
+
+def _with_model(name: str, config: Config) -> Config:
+    """The run with another model of conf/model, trained as that one says."""
+    meant = compose([f"robot={config.robot.name}", f"profile={config.profile}", f"model={name}"])
+    train = replace(meant.train, epochs=config.train.epochs, device=config.train.device)
+    return replace(config, model=meant.model, train=train)
 
 
 def trained_config(config: Config) -> Config:

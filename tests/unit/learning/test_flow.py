@@ -1,0 +1,139 @@
+"""The normalizing flow: a density that is one, draws that belong to it, and its training."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from pipeline.config import compose
+from pipeline.errors import ConfigError
+from pipeline.learning.flow import FlowNetwork, draw_latents
+from pipeline.learning.flow_objective import FlowObjective
+from pipeline.learning.networks import build_network
+from pipeline.learning.objective import make_objective
+from robots import Robot, load_robot
+
+SMALL = ["model=flow", "model.hidden=[16]", "model.width=16", "model.encoder=[16]"]
+CPU = torch.device("cpu")
+
+
+@pytest.fixture(scope="module", params=["nico", "panda"])
+def robot(request: pytest.FixtureRequest) -> Robot:
+    return load_robot(request.param)
+
+
+@pytest.fixture
+def network(robot: Robot) -> FlowNetwork:
+    """A flow whose couplings are not the identity that they start from."""
+    torch.manual_seed(0)
+    network = build_network(robot, compose(SMALL).model)
+    assert isinstance(network, FlowNetwork)
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter += 0.05 * torch.randn_like(parameter)
+    return network
+
+
+def pose_set(robot: Robot, count: int) -> tuple[torch.Tensor, torch.Tensor]:
+    joints = robot.sample(count, seed=1)
+    poses = robot.forward_kinematics(joints)
+    return torch.tensor(poses, dtype=torch.float32), torch.tensor(joints, dtype=torch.float32)
+
+
+def test_the_density_is_that_of_the_change_of_variables(robot: Robot, network: FlowNetwork) -> None:
+    """Against the determinant of the Jacobian by automatic differentiation, in float64."""
+    network.double()
+    poses, joints = (values.double() for values in pose_set(robot, 1))
+    density = network.density(poses, torch.full((1, 1), 0.3, dtype=torch.float64))
+    unit = network.unit(joints)
+    to_base = density.transform
+    jacobian = torch.autograd.functional.jacobian(to_base, unit)[0, :, 0]
+    expected = density.base.log_prob(to_base(unit)) + torch.linalg.slogdet(jacobian).logabsdet
+    torch.testing.assert_close(density.log_prob(unit), expected)
+    torch.testing.assert_close(to_base.inv(to_base(unit)), unit)
+
+
+def test_draws_follow_the_density(robot: Robot, network: FlowNetwork) -> None:
+    """Mean and variance of our draws against those of the library's, which take other numbers."""
+    poses, _ = pose_set(robot, 1)
+    drawn = network.draws(poses, draw_latents(1, 20000, robot.dof, seed=5))[0]
+    torch.manual_seed(6)
+    with torch.no_grad():
+        theirs = network.density(poses, torch.zeros(1, 1)).sample((20000,))[:, 0]
+    unit, inside = network.unit(drawn), theirs.clamp(-(3**0.5), 3**0.5)
+    torch.testing.assert_close(unit.mean(0), inside.mean(0), atol=0.05, rtol=0)
+    torch.testing.assert_close(unit.std(0), inside.std(0), atol=0.05, rtol=0)
+
+
+def test_draws_keep_limits_and_do_not_depend_on_the_poses_beside(
+    robot: Robot, network: FlowNetwork
+) -> None:
+    poses, _ = pose_set(robot, 5)
+    latents = draw_latents(1, 40, robot.dof, seed=0)
+    drawn = network.draws(poses, latents)
+    assert drawn.shape == (5, 40, robot.dof)
+    slack = 1e-5
+    assert (drawn >= torch.tensor(robot.lower) - slack).all()
+    assert (drawn <= torch.tensor(robot.upper) + slack).all()
+    torch.testing.assert_close(network.draws(poses[3:4], latents)[0], drawn[3])
+    negated = torch.cat((poses[:, :3], -poses[:, 3:]), dim=1)
+    torch.testing.assert_close(network.draws(negated, latents), drawn)
+    assert network(poses).shape == (5, 1, robot.dof)
+
+
+def test_the_loss_falls_and_follows_from_the_step_alone() -> None:
+    robot = load_robot("panda")
+    torch.manual_seed(0)
+    config = compose(SMALL)
+    network = build_network(robot, config.model)
+    objective = make_objective(robot, network, config.train, CPU, seed=3)
+    assert isinstance(objective, FlowObjective)
+    poses, joints = pose_set(robot, 256)
+    first = objective.loss(poses, joints, 0, 0.0)
+    assert torch.equal(first, objective.loss(poses, joints, 0, 0.0))
+    assert not torch.equal(first, objective.loss(poses, joints, 1, 0.0))
+    optimizer = torch.optim.Adam(network.parameters(), lr=5e-3)
+    for step in range(60):
+        optimizer.zero_grad()
+        loss = objective.loss(poses, joints, step, step / 60)
+        loss.backward()
+        optimizer.step()
+    assert torch.isfinite(loss)
+    assert loss < first - 1.0
+    position, rotation = objective.errors(poses)
+    assert position.shape == rotation.shape == (256,)
+    assert torch.equal(position, objective.errors(poses)[0])
+
+
+def test_a_mixture_picks_components_as_often_as_they_weigh() -> None:
+    robot = load_robot("panda")
+    torch.manual_seed(0)
+    network = build_network(robot, compose([*SMALL, "model.components=2"]).model)
+    assert isinstance(network, FlowNetwork)
+    last = network.flow.base.hyper[-1]
+    dof = robot.dof
+    with torch.no_grad():
+        last.weight.zero_()
+        last.bias[:2] = torch.tensor([np.log(0.8), np.log(0.2)])
+        last.bias[2 : 2 + dof] = -1.0
+        last.bias[2 + dof : 2 + 2 * dof] = 1.0
+        last.bias[2 + 2 * dof :] = np.log(0.01)
+    poses, _ = pose_set(robot, 1)
+    unit = network.unit(network.draws(poses, draw_latents(1, 4000, dof, seed=1))[0])
+    assert ((unit > 0).all(dim=1) | (unit < 0).all(dim=1)).all()
+    assert (unit[:, 0] < 0).float().mean().item() == pytest.approx(0.8, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("model.couplings=0", "model.couplings"),
+        ("model.components=0", "model.components"),
+        ("model.noise=-1", "model.noise"),
+        ("model.encoder=[0]", "model.encoder"),
+    ],
+)
+def test_values_that_cannot_be_are_refused(override: str, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        compose(["model=flow", override])
