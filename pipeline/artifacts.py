@@ -47,6 +47,10 @@ class Artifacts:
         folder = self.root / "evaluate" / robot
         return (folder / f"seeded_by_{seeded_by}" if seeded_by else folder) / f"{solver}.parquet"
 
+    def sample(self, robot: str, solver: str) -> Path:
+        """Many solutions of each of some test poses, by a solver that draws."""
+        return self.root / "sample" / robot / f"{solver}.parquet"
+
     def plan(self, robot: str) -> Path:
         """Folder of the planner benchmark of a robot."""
         return self.root / "plan" / robot

@@ -13,7 +13,7 @@ from typing import Any
 from omegaconf import MISSING
 
 from pipeline.checks import at_least, one_of, ordered, positive, positive_all, within
-from pipeline.evaluation.config import EvaluateConfig
+from pipeline.evaluation.config import EvaluateConfig, SampleConfig
 from pipeline.grasping.config import GraspConfig
 from pipeline.learning.config import ConstraintConfig
 from pipeline.planning.config import PlanConfig
@@ -224,6 +224,7 @@ class Config:
     train: TrainConfig = field(default_factory=TrainConfig)
     tune: TuneConfig = field(default_factory=TuneConfig)
     evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)
+    sample: SampleConfig = field(default_factory=SampleConfig)
     plan: PlanConfig = field(default_factory=PlanConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)
     report: ReportConfig = field(default_factory=ReportConfig)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ COLUMNS, ROWS = 3, 2
 PANEL = (400, 400)  # width and height of one posture, pixels
 SUPERSAMPLING = 2  # the software renderer does not smooth edges itself
 COLOURS = 220  # of the palette; keeps a picture below 100 kB
+OPACITY = 0.3  # of each posture where several are drawn over each other
 BACKGROUND = (250, 250, 252)
 FIELD_OF_VIEW_DEG = 28.0
 NEAR_M, FAR_M = 0.1, 20.0
@@ -65,19 +67,9 @@ def draw_postures(robot: Robot) -> Image.Image:
     Raises:
         DescriptionError: If it has none.
     """
-    picture = robot.description.picture
-    if picture is None:
-        raise DescriptionError(
-            f"{robot.urdf_path.with_name(FILE)}: no `picture`, expected target [m], distance [m], "
-            f"yaw and pitch [deg] of the camera and a seed; see robots/panda/{FILE}"
-        )
+    picture = _picture(robot)
     postures = np.vstack([robot.home, robot.sample(COLUMNS * ROWS - 1, seed=picture.seed)])
-    client = pybullet.connect(pybullet.DIRECT)
-    try:
-        body = pybullet.loadURDF(str(robot.urdf_path), useFixedBase=True, physicsClientId=client)
-        panels = [_draw(client, body, _positions(robot, q), picture) for q in postures]
-    finally:
-        pybullet.disconnect(client)
+    panels = [_shrunk(pixels) for pixels, _ in _renderings(robot, postures, picture)]
     width, height = PANEL
     sheet = Image.new("RGB", (COLUMNS * width, ROWS * height))
     for number, panel in enumerate(panels):
@@ -86,18 +78,72 @@ def draw_postures(robot: Robot) -> Image.Image:
     return sheet.quantize(COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
 
 
+def draw_overlay(robot: Robot, postures: Array) -> Image.Image:
+    """Draw a robot in several postures at once, each translucent.
+
+    Args:
+        robot: A robot whose `robot.yaml` has a `picture`: the camera.
+        postures: (N, dof) joints, rad or m.
+
+    Raises:
+        DescriptionError: If it has none.
+    """
+    colour = np.zeros((*_resolution()[::-1], 3))
+    weight = np.zeros(_resolution()[::-1])
+    for pixels, seen in _renderings(robot, postures, _picture(robot)):
+        colour[seen] += pixels[seen]
+        weight += seen
+    cover = (1 - (1 - OPACITY) ** weight)[..., None]
+    mean = colour / np.maximum(weight, 1)[..., None]
+    blended = cover * mean + (1 - cover) * np.array(BACKGROUND)
+    return _shrunk(blended.round().astype(np.uint8))
+
+
+def _picture(robot: Robot) -> Picture:
+    picture = robot.description.picture
+    if picture is None:
+        raise DescriptionError(
+            f"{robot.urdf_path.with_name(FILE)}: no `picture`, expected target [m], distance [m], "
+            f"yaw and pitch [deg] of the camera and a seed; see robots/panda/{FILE}"
+        )
+    return picture
+
+
+def _renderings(
+    robot: Robot, postures: Array, picture: Picture
+) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.bool_]]]:
+    """Pixels (H, W, 3) of each posture, and where the robot is seen (H, W)."""
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        body = pybullet.loadURDF(str(robot.urdf_path), useFixedBase=True, physicsClientId=client)
+        for joints in postures:
+            yield _draw(client, body, _positions(robot, joints), picture)
+    finally:
+        pybullet.disconnect(client)
+
+
+def _resolution() -> tuple[int, int]:
+    return SUPERSAMPLING * PANEL[0], SUPERSAMPLING * PANEL[1]
+
+
+def _shrunk(pixels: NDArray[np.uint8]) -> Image.Image:
+    return Image.fromarray(pixels).resize(PANEL, Image.Resampling.LANCZOS)
+
+
 def _positions(robot: Robot, joints: Array) -> dict[str, float]:
     """Positions by joint name: the chain at `joints` (dof,), the posture of the others."""
     chain = dict(zip(robot.joint_names, joints.tolist(), strict=True))
     return {**robot.description.posture, **chain}
 
 
-def _draw(client: int, body: int, positions: dict[str, float], picture: Picture) -> Image.Image:
+def _draw(
+    client: int, body: int, positions: dict[str, float], picture: Picture
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     for joint in range(pybullet.getNumJoints(body, physicsClientId=client)):
         name = pybullet.getJointInfo(body, joint, physicsClientId=client)[1].decode()
         if name in positions:
             pybullet.resetJointState(body, joint, positions[name], physicsClientId=client)
-    width, height = (SUPERSAMPLING * side for side in PANEL)
+    width, height = _resolution()
     view = pybullet.computeViewMatrixFromYawPitchRoll(
         picture.target.tolist(), picture.distance, picture.yaw, picture.pitch, 0, 2
     )
@@ -112,5 +158,6 @@ def _draw(client: int, body: int, positions: dict[str, float], picture: Picture)
         **LIGHT,
     )
     pixels = np.reshape(colours, (height, width, 4))[..., :3].astype(np.uint8)
-    pixels[np.reshape(seen, (height, width)) < 0] = BACKGROUND
-    return Image.fromarray(pixels).resize(PANEL, Image.Resampling.LANCZOS)
+    robot_seen = np.reshape(seen, (height, width)) >= 0
+    pixels[~robot_seen] = BACKGROUND
+    return pixels, robot_seen

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from omegaconf import MISSING
 
-from pipeline.checks import at_least, one_of, positive, positive_all
+from pipeline.checks import at_least, one_of, positive, positive_all, within
 
 NOT_FOUND_POLICIES = ("idle", "nan")
 HOME = "home"  # the initial guess that is no solver's answer
@@ -67,3 +67,27 @@ class EvaluateConfig:
             positive(f"evaluate.{name}", getattr(self, name))
         if not isinstance(self.solvers, str) and not self.solvers:
             raise ValueError("evaluate.solvers must name at least one solver")
+
+
+@dataclass
+class SampleConfig:
+    """Many solutions of one pose, by a solver that draws."""
+
+    solver: str = MISSING
+    poses: int = MISSING
+    samples: int = MISSING
+    seed: int = MISSING
+    postures: int = MISSING
+    pictured: int = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse samples too few to spread, and a picture of what is not there."""
+        positive("sample.poses", self.poses)
+        at_least("sample.samples", self.samples, 2)
+        at_least("sample.seed", self.seed, 0)
+        at_least("sample.postures", self.postures, 0)
+        at_least("sample.pictured", self.pictured, 0)
+        numbers = (self.postures, self.samples, self.pictured, self.poses)
+        if all(isinstance(number, int) for number in numbers):
+            within("sample.postures", self.postures, 0, self.samples)
+            within("sample.pictured", self.pictured, 0, self.poses - 1)

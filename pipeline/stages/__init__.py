@@ -1,4 +1,4 @@
-"""The seven stages: each calls the library and writes one artifact with its card."""
+"""The eight stages: each calls the library and writes one artifact with its card."""
 
 from __future__ import annotations
 
@@ -14,11 +14,13 @@ STAGES = {
     "tune": "hyperparameter search with Optuna",
     "train": "a network through differentiable forward kinematics",
     "evaluate": "solvers on the test poses, one raw row a pose",
+    "sample": "many solutions of one pose, and how they spread",
     "plan": "Bezier motions between random poses",
     "grasp": "pick-and-drop trials in simulation",
     "report": "tables, figures and report.html from everything on disk",
 }
-PER_ROBOT = tuple(name for name in STAGES if name != "report")
+EXPERIMENTS = ("sample",)  # on demand: not among what `all` runs
+PER_ROBOT = tuple(name for name in STAGES if name not in ("report", *EXPERIMENTS))
 
 
 def run_stage(name: str, config: Config) -> list[Path]:

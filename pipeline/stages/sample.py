@@ -1,0 +1,43 @@
+"""Stage sample: many solutions of one pose by a solver that draws, and a picture of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipeline import provenance
+from pipeline.artifacts import exclusive
+from pipeline.config import to_dict
+from pipeline.data.dataset import read_split
+from pipeline.data.files import replacing
+from pipeline.data.tables import write_table
+from pipeline.evaluation.identity import solver_identity
+from pipeline.evaluation.sampling import sample_rows, sampler_of
+from pipeline.settings import Config
+from pipeline.solvers import check_solvers
+from pipeline.stages.inputs import artifacts, dataset_of, robot_of, solver_of
+
+
+def run(config: Config) -> list[Path]:
+    """Write raw rows, two a solution, and the robot in some solutions of one pose as PNG."""
+    robot = robot_of(config)
+    wanted = config.sample
+    check_solvers({"sample.solver": [wanted.solver]}, robot)
+    poses = read_split(dataset_of(config), "test", robot).poses[: wanted.poses]
+    solver = solver_of(wanted.solver, robot, config)
+    sampler_of(solver)
+    path = artifacts(config).sample(robot.name, wanted.solver)
+    with exclusive(path):
+        rows = sample_rows(robot, solver, poses, wanted, config.evaluate.limit_slack)
+        facts = {**provenance.made_by(), "commit": provenance.commit(), "seed": config.seed}
+        facts |= {"sample": to_dict(wanted), "solver_identity": solver_identity(solver)}
+        write_table(path, rows, {**facts, "profile": config.profile})
+        if not wanted.postures or robot.description.picture is None:
+            return [path]
+        from robots.picture import draw_overlay  # PyBullet takes a second to load
+
+        shown = rows[rows.refined & (rows.pose == wanted.pictured)][: wanted.postures]
+        joints = shown[[f"q{joint}" for joint in range(robot.dof)]].to_numpy(dtype=float)
+        picture = path.with_suffix(".png")
+        with replacing(picture) as partial:
+            draw_overlay(robot, joints).save(partial, format="PNG", optimize=True)
+    return [path, picture]
