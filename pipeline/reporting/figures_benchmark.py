@@ -26,6 +26,7 @@ from pipeline.reporting.summary import apply_not_found, main_batch
 
 Rows = Mapping[tuple[str, str], pd.DataFrame]
 TOLERANCES = np.geomspace(1e-2, 3e2, 241)  # mm and deg at once
+NEAR = 1.5  # ratio of times below which labels of two points would overlap
 FLOOR_MM, FLOOR_DEG = 1e-4, 1e-5  # errors below are drawn here: the axes are logarithmic
 
 
@@ -135,11 +136,16 @@ def _points(axis: Axes, lines: pd.DataFrame, look: Look, label: str) -> None:
     times = ordered.time_per_pose_mean_us.to_numpy()
     axis.plot(times, np.full(len(times), error), color=look.colour, linewidth=0.8)
     axis.plot(times, np.full(len(times), error), look.marker, color=look.colour, label=label)
-    if len(ordered) > 1:  # large batches cost about the same a pose: only the ends are told
+    sizes = [f"{size:g}" for size in ordered.batch_size]
+    if len(sizes) > 1 and times.max() < NEAR * times.min():  # one label where two would overlap
+        _label(axis, float(times[-1]), error, f"{sizes[0]}-{sizes[-1]}")
+    elif len(sizes) > 1:  # large batches cost about the same a pose: only the ends are told
         for place in (0, -1):
-            batch = f"{ordered.batch_size.iloc[place]:g}"
-            where = (times[place], error)
-            axis.annotate(batch, where, (0, 5), textcoords="offset points", ha="center", size=6)
+            _label(axis, float(times[place]), error, sizes[place])
+
+
+def _label(axis: Axes, time: float, error: float, text: str) -> None:
+    axis.annotate(text, (time, error), (0, 5), textcoords="offset points", ha="center", size=6)
 
 
 def _front(axis: Axes, lines: pd.DataFrame) -> None:

@@ -19,6 +19,7 @@ from pipeline.reporting.naming import ordered_solvers
 
 INK, SOFT = "#1f2933", "#7b8794"
 COLUMNS = 3  # panels side by side: a robot each
+ENTRY = 1.5  # inch: the longest entry of a legend
 NARROWEST = 4.2  # inch: a single panel and the legend below it
 PAPER_COLOUR = "#9aa5b1"  # whatever is published, not measured here
 SETTINGS = Path(__file__).with_name("figures.mplstyle")
@@ -113,7 +114,7 @@ def logarithmic(axis: Axes, which: Literal["x", "y"]) -> None:
 
 
 def legend_below(figure: Figure, axes: Iterable[Axes], columns: int = 5) -> None:
-    """Put one legend for all panels under them, each label once."""
+    """Put one legend for all panels under them, each label once, in as many columns as fit."""
     found: dict[str, Any] = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
@@ -123,7 +124,7 @@ def legend_below(figure: Figure, axes: Iterable[Axes], columns: int = 5) -> None
             list(found.values()),
             list(found),
             loc="outside lower center",
-            ncols=min(columns, len(found)),
+            ncols=max(min(columns, len(found), int(figure.get_figwidth() / ENTRY)), 1),
         )
 
 
