@@ -14,10 +14,11 @@ from baselines.registry import settings
 from pipeline.config import compose, to_dict
 from pipeline.learning.networks import build_network
 from pipeline.learning.weights import chain_facts, save_weights
-from pipeline.solvers import is_neural, load_solver
+from pipeline.solvers import is_neural, load_solver, models_of
 from robots import Robot, load_robot, rotations
 
 NEURAL = [name for name in baselines.names() if is_neural(name)]
+REFINED = [name for name in NEURAL if name.endswith("_refined")]
 
 
 @pytest.fixture(scope="module", params=["nico", "panda"])
@@ -26,19 +27,21 @@ def robot(request: pytest.FixtureRequest) -> Robot:
 
 
 @pytest.fixture(scope="module")
-def weights(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Untrained weights: the contract does not ask for precision."""
-    folder = tmp_path_factory.mktemp("weights")
-    config = compose(["model=compact", "model.hidden=[32]", "model.width=16"])
-    torch.manual_seed(0)
-    card = {**chain_facts(robot), "config": {"model": to_dict(config.model)}}
-    save_weights(folder, build_network(robot, config.model), card)
-    return folder
+def weights(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Untrained weights of the model of each solver: the contract does not ask for precision."""
+    folders = {}
+    for name in NEURAL:
+        folders[name] = folder = tmp_path_factory.mktemp("weights")
+        config = compose([f"model={models_of(name)[1]}", "model.hidden=[32]", "model.width=16"])
+        torch.manual_seed(0)
+        card = {**chain_facts(robot), "config": {"model": to_dict(config.model)}}
+        save_weights(folder, build_network(robot, config.model), card)
+    return folders
 
 
 @pytest.mark.parametrize("name", NEURAL)
-def test_the_contract_of_a_solver(name: str, robot: Robot, weights: Path) -> None:
-    solver = load_solver(name, robot, weights)
+def test_the_contract_of_a_solver(name: str, robot: Robot, weights: dict[str, Path]) -> None:
+    solver = load_solver(name, robot, weights[name])
     poses = robot.forward_kinematics(robot.sample(40, seed=2))
     solution = solver.solve(poses)
     assert solution.joints.shape == (40, robot.dof)
@@ -60,10 +63,11 @@ def test_the_contract_of_a_solver(name: str, robot: Robot, weights: Path) -> Non
         solver.solve(poses * 2)
 
 
+@pytest.mark.parametrize("name", REFINED)
 def test_refinement_reaches_the_tolerance_from_an_untrained_network(
-    robot: Robot, weights: Path
+    name: str, robot: Robot, weights: dict[str, Path]
 ) -> None:
-    solver = load_solver("cycleik_refined", robot, weights)
+    solver = load_solver(name, robot, weights[name])
     joints = robot.sample(100, seed=3)
     poses = robot.forward_kinematics(joints)
     solution = solver.solve(poses)

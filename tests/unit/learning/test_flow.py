@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import torch
 
-from pipeline.config import compose
+from baselines import PoseError, SettingError
+from pipeline.config import compose, to_dict
 from pipeline.errors import ConfigError
 from pipeline.learning.flow import FlowNetwork, draw_latents
 from pipeline.learning.flow_objective import FlowObjective
+from pipeline.learning.flow_solver import FlowIk
 from pipeline.learning.networks import build_network
 from pipeline.learning.objective import make_objective
-from robots import Robot, load_robot
+from pipeline.learning.weights import WeightsError, chain_facts, save_weights
+from pipeline.settings import Config
+from pipeline.solvers import load_solver
+from pipeline.stages import inputs
+from robots import Robot, load_robot, rotations
 
 SMALL = ["model=flow", "model.hidden=[16]", "model.width=16", "model.encoder=[16]"]
 CPU = torch.device("cpu")
@@ -137,3 +145,52 @@ def test_a_mixture_picks_components_as_often_as_they_weigh() -> None:
 def test_values_that_cannot_be_are_refused(override: str, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         compose(["model=flow", override])
+
+
+def test_the_solver_draws_and_answers_with_the_best_draw(tmp_path: Path) -> None:
+    robot = load_robot("panda")
+    torch.manual_seed(0)
+    config = compose(SMALL)
+    card = {**chain_facts(robot), "config": {"model": to_dict(config.model)}}
+    save_weights(tmp_path, build_network(robot, config.model), card)
+    solver = load_solver("flow", robot, tmp_path, samples=30)
+    assert isinstance(solver, FlowIk)
+    poses = robot.forward_kinematics(robot.sample(6, seed=4))
+    drawn = solver.sample(poses, 30, solver.seed)
+    assert drawn.shape == (6, 30, robot.dof)
+    assert (drawn >= robot.lower).all() and (drawn <= robot.upper).all()
+    assert len(np.unique(drawn[0, :, 0])) == 30
+    np.testing.assert_allclose(solver.sample(poses[2], 30, solver.seed), drawn[2], atol=1e-5)
+    assert not np.array_equal(solver.sample(poses, 30, solver.seed + 1), drawn)
+    answers = solver.solve(poses).joints
+    reached = robot.forward_kinematics(drawn.reshape(-1, robot.dof)).reshape(6, 30, 7)
+    wanted = np.broadcast_to(poses[:, None, 3:], (6, 30, 4))
+    angle = rotations.rotation_angle(reached[..., 3:], wanted)
+    distance = np.linalg.norm(reached[..., :3] - poses[:, None, :3], axis=2)
+    best = (distance / 0.010 + np.degrees(angle) / 20).argmin(axis=1)
+    np.testing.assert_array_equal(answers, drawn[np.arange(6), best])
+    with pytest.raises(PoseError):
+        solver.sample(poses * 2, 3, 0)
+    with pytest.raises(SettingError, match="samples"):
+        load_solver("flow", robot, tmp_path, samples=0)
+    with pytest.raises(WeightsError, match="of kind 'flow', expected one of mlp"):
+        load_solver("cycleik", robot, tmp_path)
+
+
+def test_a_run_of_another_model_trains_the_flow_for_its_solver(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def weights_of(config: Config) -> Path:
+        asked.append(config)
+        raise WeightsError("enough")
+
+    monkeypatch.setattr(inputs, "weights_of", weights_of)
+    robot = load_robot("panda")
+    for override, name in (("compact", "flow"), ("flow", "flow"), ("tiny", "cycleik")):
+        with pytest.raises(WeightsError, match="enough"):
+            inputs.solver_of(name, robot, compose([f"model={override}", "train.epochs=2"]))
+    assert [config.model.name for config in asked] == ["flow", "flow", "tiny"]
+    assert [config.train.epochs for config in asked] == [2, 2, 2]
+    assert asked[0].train.batch_size == compose(["model=flow"]).train.batch_size
