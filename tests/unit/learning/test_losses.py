@@ -19,7 +19,10 @@ from pipeline.learning.losses import (
     smooth_minimum_quaternion_loss,
     winner_takes_most,
 )
+from pipeline.learning.networks import build_network
+from pipeline.learning.objective import make_objective
 from pipeline.learning.rotation import matrix_from_quaternion
+from robots import load_robot
 
 
 def test_position_loss_is_quadratic_below_beta_and_linear_above() -> None:
@@ -56,6 +59,57 @@ def test_former_losses_are_mean_absolute_errors() -> None:
     assert position.item() == pytest.approx(0.2)
     quaternion = torch.tensor([[1.0, 0.0, 0.0, 0.0]])
     assert former_rotation_loss(-quaternion, quaternion).item() == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("loss", "position", "rotation"),
+    [
+        # 11 mm along z: 0.011 - beta / 2, mean over three axes. A quarter turn about z against
+        # none: quaternion entries 0.2929 and 0.7071 off, each less beta / 2, summed up.
+        ("smooth", 0.0105 / 3, 1.0 - 2 * 0.005),
+        ("former", 0.011 / 3, 1.0 / 4),
+    ],
+)
+def test_the_loss_of_a_pose_weighs_its_parts(loss: str, position: float, rotation: float) -> None:
+    """Equation 9 with the weights of NICO in Table I, by hand."""
+    train = compose(["robot=nico", "experiment=table_one", f"train.loss={loss}"]).train
+    root = math.sqrt(0.5)
+    turned = matrix_from_quaternion(torch.tensor([[root, 0.0, 0.0, root]]))
+    target = torch.tensor([[0.1, 0.2, 0.3, 1.0, 0.0, 0.0, 0.0]])
+    reached = torch.tensor([[0.1, 0.2, 0.311]])
+    parts = PoseLoss(train).parts(reached, turned, target)
+    assert [part.item() for part in parts] == pytest.approx([position, rotation], rel=1e-4)
+    total = PoseLoss(train)(reached, turned, target).item()
+    assert total == pytest.approx(7 * position + 1 * rotation, rel=1e-4)
+
+
+def test_the_former_rotation_loss_sees_the_sign_which_is_why_it_was_replaced() -> None:
+    train = compose(["train.loss=former"]).train
+    target = torch.tensor([[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
+    negated = target * torch.tensor([1.0, 1, 1, -1, -1, -1, -1])
+    frames = torch.zeros(1, 3), torch.eye(3)[None]
+    assert PoseLoss(train)(*frames, target).item() == 0.0
+    assert PoseLoss(train)(*frames, negated).item() > 0.4 * train.rotation_weight
+
+
+@pytest.mark.parametrize("loss", ["smooth", "matrix"])
+def test_a_compact_network_sees_no_sign_at_all(loss: str) -> None:
+    """From the input to the loss: both signs of a quaternion are one rotation."""
+    robot = load_robot("nico")
+    config = compose([f"train.loss={loss}", "model=compact"])
+    poses = torch.as_tensor(
+        robot.forward_kinematics(robot.sample(300, collision_free=False)), dtype=torch.float32
+    )
+    torch.manual_seed(0)
+    network = build_network(robot, config.model)
+    network.prepare(poses)
+    objective = make_objective(robot, network, config.train, torch.device("cpu"))
+    negated = torch.cat((poses[:, :3], -poses[:, 3:]), dim=1)
+    joints = torch.zeros(300, robot.dof)
+    plus, minus = (objective.loss(given, joints, 0, 0.5) for given in (poses, negated))
+    assert torch.equal(plus, minus)
+    for one, other in zip(objective.errors(poses), objective.errors(negated), strict=True):
+        torch.testing.assert_close(one, other, rtol=1e-5, atol=1e-5)
 
 
 def test_matrix_loss_of_a_quarter_turn() -> None:
