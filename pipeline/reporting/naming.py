@@ -18,6 +18,7 @@ SOLVERS = {
     "cycleik_refined": "CycleIK refined",
     "null_space": "CycleIK null space",
     "flow": "flow",
+    "flow_refined": "flow refined",
     "ikflow": "IKFlow",
     "eem": "EEM",
     "bio_ik": "BioIK",
@@ -35,7 +36,7 @@ SOLVERS = {
     "ssik": "ssik",
     "frankik": "frankik",
 }
-NEURAL = ("cycleik", "cycleik_refined", "null_space", "flow", "ikflow", "eem")
+NEURAL = ("cycleik", "cycleik_refined", "null_space", "flow", "flow_refined", "ikflow", "eem")
 OUTCOMES = {
     "success": "Success",
     "slipped": "Slipped",
