@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from pipeline.reporting import figures_benchmark as benchmark
 from pipeline.reporting import figures_comparison as comparison
 from pipeline.reporting import figures_experiment as experiment
+from pipeline.reporting.losses import contests, losses_figure, verdict
 from pipeline.reporting.material import Material
 from pipeline.reporting.page import Illustration
 from pipeline.reporting.style import save, styled
@@ -74,6 +75,13 @@ def planned(material: Material) -> Iterator[tuple[str, str, Callable[[], Figure]
             "Mean Euclidean and geodesic errors while training; batches smoothed by a moving "
             "median.",
             lambda: experiment.training_curves(results.train),
+        )
+    if compared := contests(results.swept):
+        yield (
+            "losses",
+            "Former and new losses at equal steps: mean of the runs, and from the smallest to the "
+            f"largest. {verdict(compared)}",
+            lambda: losses_figure(compared),
         )
     if results.plan:
         yield (

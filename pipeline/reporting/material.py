@@ -10,6 +10,7 @@ import pandas as pd
 
 from pipeline.reporting.comparison import compare_solvers
 from pipeline.reporting.config import ReportConfig
+from pipeline.reporting.losses import contests, losses_table
 from pipeline.reporting.naming import ordered_robots
 from pipeline.reporting.published import Published
 from pipeline.reporting.results import Results, read_results
@@ -17,6 +18,7 @@ from pipeline.reporting.seeding import adjusted, same_budget, seed_effects
 from pipeline.reporting.summary import summarise
 from pipeline.reporting.table import Table
 from pipeline.reporting.tables_benchmark import neural_comparison, numerical_comparison
+from pipeline.reporting.tables_experiments import constraints, solutions
 from pipeline.reporting.tables_seeds import neural_seeds
 from pipeline.reporting.tables_solvers import comparisons, precision, timing
 from pipeline.reporting.tables_training import datasets, hyperparameters, training
@@ -72,6 +74,9 @@ def make_tables(material: Material) -> list[Table]:
         hyperparameters(results, published),
         datasets(results),
         training(results),
+        losses_table(contests(results.swept)),
+        constraints(results),
+        solutions(results),
         planner(results, published),
         grasping(results, published, material.config),
     ]

@@ -13,6 +13,7 @@ import yaml
 
 from pipeline.data.files import read_json
 from pipeline.data.tables import read_metadata, read_table
+from pipeline.reporting.sweeps import SweptRun, read_sweeps
 
 Content = TypeVar("Content")
 PICTURES = (".png", ".gif")
@@ -21,6 +22,7 @@ SMOKE = "smoke"  # the profile whose networks see a few hundred steps
 SEEDED = "seeded_by_"  # folders of rows that started from another solver's answers
 JOINT = re.compile(r"q\d+")
 STAGES = ("dataset", "tune", "train", "evaluate", "plan", "grasp")
+EXPERIMENTS = ("sample",)  # stages on demand: nothing is missing where they did not run
 
 
 @dataclass
@@ -35,6 +37,8 @@ class Results:
         evaluate: Raw rows, by (robot, solver).
         evaluated: Provenance of those rows, by (robot, solver).
         seeded: Raw rows from a neural seed and their provenance, by (robot, solver, its seeder).
+        sample: Raw rows of many solutions of one pose, by (robot, solver).
+        swept: Trainings of sweeps below this folder.
         plan: Raw rows of the planner benchmark, by robot.
         grasp: Trials, by robot.
         media: Pictures and videos of a stage, by (stage, robot).
@@ -50,6 +54,8 @@ class Results:
     seeded: dict[tuple[str, str, str], tuple[pd.DataFrame, dict[str, Any]]] = field(
         default_factory=dict
     )
+    sample: dict[tuple[str, str], pd.DataFrame] = field(default_factory=dict)
+    swept: list[SweptRun] = field(default_factory=list)
     plan: dict[str, pd.DataFrame] = field(default_factory=dict)
     grasp: dict[str, pd.DataFrame] = field(default_factory=dict)
     media: dict[tuple[str, str], list[Path]] = field(default_factory=dict)
@@ -69,7 +75,8 @@ class Results:
     @property
     def empty(self) -> bool:
         """Whether no stage has left anything, not even a file that cannot be read."""
-        return not any(_folders(self.folder / stage) for stage in STAGES)
+        stages = (*STAGES, *EXPERIMENTS, "sweep")
+        return not any(_folders(self.folder / stage) for stage in stages)
 
 
 def read_results(folder: Path, profile: str = "") -> Results:
@@ -80,9 +87,11 @@ def read_results(folder: Path, profile: str = "") -> Results:
         profile: Profile of the run that asks; what the rows themselves say counts as well.
     """
     results = Results(folder)
-    for stage in STAGES:
+    results.swept, unread = read_sweeps(folder)
+    results.notes += unread
+    for stage in (*STAGES, *EXPERIMENTS):
         robots = _folders(folder / stage)
-        if not robots:
+        if not robots and stage in STAGES:
             results.notes.append(f"The {stage} stage has left nothing in {folder.name}/{stage}.")
         for place in robots:
             READERS[stage](results, place)
@@ -141,6 +150,13 @@ def _raw_rows(results: Results, path: Path) -> pd.DataFrame | None:
     return None if rows is None else rows.drop(columns=[c for c in rows if JOINT.fullmatch(str(c))])
 
 
+def _read_sample(results: Results, place: Path) -> None:
+    for path in _files(place, "*.parquet"):
+        rows = _try(results, path, read_table)
+        if rows is not None and len(rows):
+            results.sample[place.name, path.stem] = rows
+
+
 def _read_plan(results: Results, place: Path) -> None:
     frames = [_try(results, path, read_table) for path in _files(place, "*.parquet")]
     wanted = [frame for frame in frames if frame is not None and "pair" in frame.columns]
@@ -159,6 +175,7 @@ READERS: dict[str, Callable[[Results, Path], None]] = {
     "tune": _read_tune,
     "train": _read_train,
     "evaluate": _read_evaluate,
+    "sample": _read_sample,
     "plan": _read_plan,
     "grasp": _read_grasp,
 }
