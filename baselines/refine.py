@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -55,6 +57,17 @@ class Refined:
         return Solution(self.joints, self.found, self.time_s, self.iterations, reasons)
 
 
+@contextmanager
+def numba_threads(count: int) -> Iterator[None]:
+    """Let numba use ``count`` threads, 0 for all it has; afterwards it is as before."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(count or numba.config.NUMBA_NUM_THREADS)
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)
+
+
 def refine(
     robot: Robot, poses: Array, seeds: Array, options: LmOptions, threads: int = 1
 ) -> Refined:
@@ -92,11 +105,7 @@ def refine(
     if threads == 1:
         lm_kernel.refine_rows(*arguments)
     else:
-        before = numba.get_num_threads()
-        numba.set_num_threads(threads or numba.config.NUMBA_NUM_THREADS)
-        try:
+        with numba_threads(threads):
             lm_kernel.refine_rows_parallel(*arguments)
-        finally:
-            numba.set_num_threads(before)
     np.multiply(time_ns, 1e-9, out=result.time_s)
     return result

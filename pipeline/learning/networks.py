@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import torch
 from torch import Tensor, nn
 from torch.nn.functional import gelu
 
-from pipeline.learning.rotation import matrix_from_quaternion
 from pipeline.settings import ModelConfig
 from robots import Robot
 
@@ -46,9 +46,15 @@ class IkNetwork(nn.Module):
 
     def forward(self, poses: Tensor) -> Tensor:
         """Return joint values (N, K, dof) in rad or m for poses (N, 7), scalar first."""
-        position = (poses[:, :3] - self.position_centre) / self.position_scale
-        output = self.normalised(position, poses[:, 3:]).unflatten(1, (self.heads, self.dof))
-        return self.joint_centre + self.joint_scale * output
+        output = self.normalised(self.scaled(poses), poses[:, 3:])
+        return self.joint_centre + self.joint_scale * output.unflatten(1, (self.heads, self.dof))
+
+    def scaled(self, poses: Tensor) -> Tensor:
+        """Return the positions (N, 3) of poses (N, 7), from the workspace box to [-1, 1]."""
+        return (poses[:, :3] - self.position_centre) / self.position_scale
+
+    def prepare(self, poses: Tensor) -> None:
+        """Look at the training poses (N, 7) before the first step; most networks need not."""
 
     def normalised(self, position: Tensor, quaternion: Tensor) -> Tensor:
         """Return (N, K dof) in [-1, 1] for scaled positions (N, 3) and quaternions (N, 4)."""
@@ -81,45 +87,20 @@ class CycleIkMlp(IkNetwork):
         return values
 
 
-class ResidualHeads(IkNetwork):
-    """Our compact network: residual blocks and several output heads.
-
-    Inverse kinematics has several answers and a network with one output averages between their
-    branches. Each head may settle on a branch of its own, and forward kinematics tells which head
-    is right for a pose. The rotation enters as a matrix, which has no double cover.
-
-    Args:
-        robot: The robot.
-        model: Width of the residual stream, neurons of each block's hidden layer, heads.
-    """
-
-    def __init__(self, robot: Robot, model: ModelConfig) -> None:
-        super().__init__(robot, heads=model.heads)
-        self.entry = nn.Linear(MATRIX_POSE_SIZE, model.width)
-        self.blocks = nn.ModuleList(
-            nn.Sequential(
-                nn.LayerNorm(model.width),
-                nn.Linear(model.width, neurons),
-                nn.GELU(approximate="tanh"),
-                nn.Linear(neurons, model.width),
-            )
-            for neurons in model.hidden
-        )
-        self.norm = nn.LayerNorm(model.width)
-        self.exit = nn.Linear(model.width, model.heads * robot.dof)
-
-    def normalised(self, position: Tensor, quaternion: Tensor) -> Tensor:
-        """See `IkNetwork.normalised`."""
-        rotation = matrix_from_quaternion(quaternion).flatten(1)
-        values = self.entry(torch.cat((position, rotation), dim=1))
-        for block in self.blocks:
-            values = values + block(values)
-        return torch.tanh(self.exit(self.norm(values)))
-
-
 def build_network(robot: Robot, model: ModelConfig) -> IkNetwork:
     """Return the network that ``model.kind`` names, with fresh weights."""
-    kinds = {"mlp": CycleIkMlp, "residual": ResidualHeads}
+    # These build on this module.
+    from pipeline.learning.experts import Experts
+    from pipeline.learning.flow import FlowNetwork
+    from pipeline.learning.null_space import NullSpaceMlp, NullSpaceResidual
+
+    kinds: dict[str, Callable[[Robot, ModelConfig], IkNetwork]] = {
+        "mlp": CycleIkMlp,
+        "experts": Experts,
+        "null_space": NullSpaceResidual,
+        "null_space_mlp": NullSpaceMlp,
+        "flow": FlowNetwork,
+    }
     return kinds[model.kind](robot, model)
 
 

@@ -13,9 +13,18 @@ import torch
 from numpy.typing import NDArray
 
 from baselines import Budget, Solution, Solver
+from baselines.refine import numba_threads
+from pipeline.learning.experts import Experts
+from pipeline.learning.experts_kernel import (
+    CompiledExperts,
+    answer_rows,
+    answer_rows_parallel,
+    compiled_experts,
+)
 from pipeline.learning.weights import load_network
 from robots import Robot, rotations
 
+_TO_MM_AND_DEG = np.array([1e3, 180 / np.pi])
 NOT_PRECISE = "outside the tolerance"
 
 
@@ -56,7 +65,7 @@ class CycleIk(Solver):
         weights: Folder of weights.safetensors and card.json.
         position_tolerance_mm: Largest position error that the solver calls found.
         rotation_tolerance_deg: Largest rotation error that the solver calls found.
-        threads: Threads of torch while it solves; 0 leaves torch as it is.
+        threads: Threads while it solves; 0 leaves torch as it is and takes all of numba's.
 
     Attributes:
         kinds: Kinds of networks (``model.kind``) whose weights it takes.
@@ -81,9 +90,14 @@ class CycleIk(Solver):
         self.position_tolerance_mm = position_tolerance_mm
         self.rotation_tolerance_deg = rotation_tolerance_deg
         self.threads = threads
+        self.compiled = (
+            compiled_experts(self.network) if isinstance(self.network, Experts) else None
+        )
 
     def hypotheses(self, poses: NDArray[np.float64]) -> Hypotheses:
         """Return the network's answers to poses (N, 7), best first."""
+        if self.compiled is not None:
+            return self._compiled_hypotheses(poses, self.compiled)
         joints = self._answers(poses)
         position, rotation = self._errors(joints, poses)
         in_tolerances = (
@@ -92,6 +106,30 @@ class CycleIk(Solver):
         order = np.argsort(in_tolerances, axis=1, kind="stable")
         rows = np.arange(len(poses))[:, None]
         return Hypotheses(joints[rows, order], position[rows, order], rotation[rows, order])
+
+    def _compiled_hypotheses(
+        self, poses: NDArray[np.float64], experts: CompiledExperts
+    ) -> Hypotheses:
+        """The same without torch, for networks that have a kernel."""
+        count, heads = len(poses), self.network.heads
+        joints = np.empty((count, heads, self.robot.dof))
+        errors = np.empty((count, heads, 2))
+        weights = 1 / np.array([self.position_tolerance_mm, self.rotation_tolerance_deg])
+        arguments = (
+            self.robot.chain,
+            experts,
+            np.ascontiguousarray(poses, dtype=np.float64),
+            weights * _TO_MM_AND_DEG,
+            joints,
+            errors,
+        )
+        if self.threads == 1 or count == 1:
+            answer_rows(*arguments)
+        else:
+            with numba_threads(self.threads):
+                answer_rows_parallel(*arguments)
+        errors *= _TO_MM_AND_DEG
+        return Hypotheses(joints, errors[..., 0], errors[..., 1])
 
     def _answers(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the network's answers (N, K, dof) to poses (N, 7), inside the limits."""

@@ -17,6 +17,7 @@ from pipeline.data.dataset import PoseSet
 from pipeline.learning import checkpoint
 from pipeline.learning.batches import Batches
 from pipeline.learning.checkpoint import Progress, State
+from pipeline.learning.networks import IkNetwork
 from pipeline.learning.objective import make_objective
 from pipeline.learning.precision import backward_precision
 from pipeline.progress import LOGGER, bar
@@ -95,6 +96,8 @@ class Trainer:
             )
         batches = Batches(count, size, self.run.seed)
         total = batches.per_epoch * self.train.epochs
+        if isinstance(self.network, IkNetwork):
+            self.network.prepare(data[0])
         progress = self._start(total)
         try:
             with bar(total * size, "pose", self.run.label, progress.step * size) as shown:
