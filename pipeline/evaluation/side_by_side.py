@@ -83,21 +83,26 @@ def run_jobs(
             if job.pinned is pinned:
                 queue.put(job)
 
-        def work(
-            place: int, queue: Queue[Job] = queue, places: int = places
-        ) -> None:  # bound now: the loop goes on
-            while True:
-                try:
-                    job = queue.get_nowait()
-                except Empty:
-                    return
+        def work(place: int, queue: Queue[Job] = queue, places: int = places) -> None:
+            while (job := _next(queue)) is not None:
                 if not _run(command(job, place, places), logs / job.file_name, job, count):
                     failed.append(job)
 
         with ThreadPoolExecutor(places) as pool:
-            for future in [pool.submit(work, place) for place in range(places)]:
-                future.result()
+            try:
+                for future in [pool.submit(work, place) for place in range(places)]:
+                    future.result()
+            finally:  # interrupted: the running jobs were too, and no other may begin
+                while _next(queue) is not None:
+                    pass
     return failed
+
+
+def _next(queue: Queue[Job]) -> Job | None:
+    try:
+        return queue.get_nowait()
+    except Empty:
+        return None
 
 
 @dataclass

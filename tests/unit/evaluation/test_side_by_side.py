@@ -20,7 +20,7 @@ def test_every_job_runs_once_on_a_core_of_its_own_and_a_failure_stops_no_other(t
 
     def command(job, place, beside):
         seen.append((job, place, beside))
-        return ["solvers"] if job != Job("a", "y") else ["no-such-command"]
+        return ["help"] if job != Job("a", "y") else ["no-such-command"]
 
     failed = run_jobs(jobs, command, 2, tmp_path / "logs")
     assert failed == [Job("a", "y")]
