@@ -28,6 +28,8 @@ class FlowIk(CycleIk):
         robot: The robot it solves for.
         weights: Folder of weights.safetensors and card.json.
         samples: Draws for each pose.
+        latent_scale: Scale of the normal numbers that draws start from. Below 1 the draws keep
+            closer to the likeliest solutions of each component.
         seed: Of the draws. All poses share their random numbers, so that an answer does not depend
             on the poses beside it.
         **settings: Tolerances and threads, see `CycleIk`.
@@ -39,12 +41,20 @@ class FlowIk(CycleIk):
     network: FlowNetwork
 
     def __init__(
-        self, robot: Robot, weights: str, samples: int, seed: int, **settings: Any
+        self,
+        robot: Robot,
+        weights: str,
+        samples: int,
+        latent_scale: float,
+        seed: int,
+        **settings: Any,
     ) -> None:
         super().__init__(robot, weights, **settings)
         if samples < 1:
             raise baselines.SettingError(f"flow: expected samples >= 1, got {samples}")
-        self.samples, self.seed = samples, seed
+        if not latent_scale >= 0:
+            raise baselines.SettingError(f"flow: expected latent_scale >= 0, got {latent_scale}")
+        self.samples, self.latent_scale, self.seed = samples, latent_scale, seed
 
     def sample(self, poses: ArrayLike, count: int, seed: int) -> NDArray[np.float64]:
         """Draw solutions.
@@ -69,6 +79,7 @@ class FlowIk(CycleIk):
 
     def _draws(self, poses: NDArray[np.float64], count: int, seed: int) -> NDArray[np.float64]:
         latents = draw_latents(1, count, self.robot.dof, seed)
+        latents = latents._replace(normal=latents.normal * self.latent_scale)
         drawn = np.empty((len(poses), count, self.robot.dof))
         step = max(1, ROWS // count)
         with torch_threads(self.threads), torch.inference_mode():

@@ -171,8 +171,14 @@ def test_the_solver_draws_and_answers_with_the_best_draw(tmp_path: Path) -> None
     np.testing.assert_array_equal(answers, drawn[np.arange(6), best])
     with pytest.raises(PoseError):
         solver.sample(poses * 2, 3, 0)
-    with pytest.raises(SettingError, match="samples"):
-        load_solver("flow", robot, tmp_path, samples=0)
+    narrow = load_solver("flow", robot, tmp_path, latent_scale=0.05)
+    wide = load_solver("flow", robot, tmp_path, latent_scale=1.0)
+    assert isinstance(narrow, FlowIk) and isinstance(wide, FlowIk)
+    deviation = [part.sample(poses, 30, 0).std(axis=1).mean() for part in (narrow, wide)]
+    assert deviation[0] < deviation[1]
+    for setting in ({"samples": 0}, {"latent_scale": -1.0}):
+        with pytest.raises(SettingError, match=next(iter(setting))):
+            load_solver("flow", robot, tmp_path, **setting)
     with pytest.raises(WeightsError, match="of kind 'flow', expected one of mlp"):
         load_solver("cycleik", robot, tmp_path)
 
