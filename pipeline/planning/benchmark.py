@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+import baselines
 from pipeline.data.rows import KeptRows
 from pipeline.planning.config import PlanConfig
+from pipeline.planning.continuity import branch_flips, joint_steps, kernel_options
 from pipeline.planning.control import control_points
 from pipeline.planning.motion import Motion, plan_motion
+from pipeline.planning.reach import judge_path
 
 if TYPE_CHECKING:
     from baselines import Solver
@@ -22,6 +25,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 MS_PER_S = 1e3
 KEY = ("solver", "pair")  # what tells one row from another
+VERDICT = ("in_reach", "continuous")  # columns of a row that depend on its pair alone
 LIMIT_SLACK = 1e-6  # rad or m; rounding
 
 
@@ -56,6 +60,17 @@ def plan_pair(
     )
 
 
+def shortened(solver: Solver, time_s: float) -> Solver:
+    """Hold a solver that stops by the clock to at most ``time_s`` per waypoint, in place.
+
+    One that stops by iterations is left alone: its plans are the same on every machine.
+    """
+    budget = solver.budget
+    if budget is not None and budget.time_s is not None:
+        solver.budget = replace(budget, time_s=min(budget.time_s, time_s))
+    return solver
+
+
 def benchmark(
     robot: Robot,
     solvers: Mapping[str, Solver],
@@ -73,14 +88,18 @@ def benchmark(
         config: Number of pairs, motion, repair.
         seed: Seed of the pairs.
         kept: Finished rows by `KEY`; a killed benchmark goes on after the last of them.
-        repair: Solver that mends jumps; None leaves them.
+        repair: Solver that mends jumps; None leaves each solver to its own.
         progress: Called with 1 after each plan.
 
     Returns:
         One raw row a pair and solver: plan time, tip error along the path, largest joint step,
-        branch flips, waypoints found, limit and collision violations.
+        branch flips, waypoints found, limit and collision violations; of the batched query alone
+        the same under `query_`; and what the path allows any planner, see `reach.judge_path`.
     """
     pairs = random_pairs(robot, config.pairs, seed)
+    options = kernel_options(baselines.load("lm", robot))
+    assert options is not None
+    verdicts: dict[int, dict[str, bool]] = {}
     rows = []
     for name, solver in solvers.items():
         warm = False
@@ -91,8 +110,12 @@ def benchmark(
                     plan_pair(robot, solver, pair, config, repair)
                     warm = True
                 motion = plan_pair(robot, solver, pair, config, repair)
-                row = {"robot": robot.name, "solver": name, "pair": number, **judge(robot, motion)}
+                if number not in verdicts:
+                    verdicts[number] = asdict(judge_path(robot, motion.poses, options))
+                row = {"robot": robot.name, "solver": name, "pair": number}
+                row |= {**verdicts[number], **judge(robot, motion)}
                 kept.put(row)
+            verdicts.setdefault(number, {key: row[key] for key in VERDICT})
             rows.append(row)
             if progress is not None:
                 progress(1)
@@ -104,6 +127,8 @@ def judge(robot: Robot, motion: Motion) -> dict[str, float | int | bool]:
     outside = (motion.joints < robot.lower - LIMIT_SLACK) | (
         motion.joints > robot.upper + LIMIT_SLACK
     )
+    answered = robot.forward_kinematics(motion.answers)[:, :3]
+    query_error_mm = 1e3 * np.linalg.norm(answered - motion.poses[:, :3], axis=1)
     return {
         "plan_time_ms": motion.time_s * MS_PER_S,
         "waypoints": len(motion.poses),
@@ -115,4 +140,10 @@ def judge(robot: Robot, motion: Motion) -> dict[str, float | int | bool]:
         "flips": motion.flips,
         "limit_violations": int(outside.any(axis=1).sum()),
         "collisions": int(robot.in_collision(motion.joints).sum()),
+        "query_time_ms": motion.query_s * MS_PER_S,
+        "query_waypoints_found": int(motion.answered.sum()),
+        "query_tip_error_mm": float(query_error_mm.max()),
+        "query_tip_error_mean_mm": float(query_error_mm.mean()),
+        "query_largest_step_rad": float(joint_steps(motion.answers).max()),
+        "query_flips": int(branch_flips(robot, motion.answers, motion.poses).sum()),
     }

@@ -56,11 +56,13 @@ class PlanConfig:
     pairs: int = MISSING
     solvers: list[str] = MISSING
     repair: str | None = None
+    time_s: float = MISSING  # s per waypoint
     motion: MotionConfig = field(default_factory=MotionConfig)
     timing: TimingConfig = field(default_factory=TimingConfig)
 
     def __post_init__(self) -> None:
         """Refuse an empty benchmark."""
         positive("plan.pairs", self.pairs)
+        positive("plan.time_s", self.time_s)
         if not self.solvers:
             raise ValueError("plan.solvers must name at least one solver, got none")

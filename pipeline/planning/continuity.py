@@ -1,11 +1,23 @@
-"""Jumps between waypoints: finding them, and repairing them from the neighbouring waypoint."""
+"""Jumps between waypoints: what a branch flip is, and how a path without one is found.
+
+A solver answers each waypoint by itself, so that two neighbours may lie on different branches of
+solutions. The guard mends that in two steps, the cheap one first: it follows the branches that the
+solver's own answers lie on to both ends of the path, and where none of them lives that long it
+searches all branches (`search`). What flips then had to, as far as that search can tell.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from baselines.lm import LevenbergMarquardt
+from baselines.lm_kernel import LmOptions
+from pipeline.planning.flip_kernel import find_flips
+from pipeline.planning.follow_kernel import follow_until_complete
+from pipeline.planning.search import QUICK, TASK, fewest_flips, one_branch
 
 if TYPE_CHECKING:
     from baselines import Solver
@@ -13,14 +25,15 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# What counts as a branch flip is part of the metric's definition, so it is fixed here: the joints
-# step further than a smooth motion would, and on the straight way between the two configurations
-# the tip strays from the path. A wide but honest step of the wrist is none.
-FLIP_STEP = 0.5  # rad or m, largest joint
-FLIP_DEVIATION = 0.02  # m, tip from the middle of the two waypoints
-
-BRANCH_SEEDS = 24  # configurations that solutions of one waypoint are searched from
+SEGMENTS = 6  # stretches without a flip whose branches are followed, longest first
 SAME_BRANCH = 0.2  # rad or m, nearer solutions are one
+
+
+class Ends(NamedTuple):
+    """Joints that are given at the ends of a path [rad or m], shape (dof,), or None."""
+
+    first: Array | None
+    last: Array | None
 
 
 def joint_steps(joints: Array) -> Array:
@@ -38,6 +51,11 @@ def joint_steps(joints: Array) -> Array:
 def branch_flips(robot: Robot, joints: Array, poses: Array) -> NDArray[np.bool_]:
     """Find the steps at which the joints change to another branch of solutions.
 
+    A step is a flip if a joint moves by more than `FLIP_STEP` and, with the joints half way between
+    the two waypoints, the tip is further from the pose half way than both a fixed bound
+    (`FLIP_DEVIATION`, `FLIP_TURN`) and half of what the tip moves in that step, in position or in
+    rotation.
+
     Args:
         robot: The robot.
         joints: Joint positions at the waypoints [rad or m], shape (S, dof).
@@ -46,107 +64,135 @@ def branch_flips(robot: Robot, joints: Array, poses: Array) -> NDArray[np.bool_]
     Returns:
         Whether step i, from waypoint i to i + 1, is a flip, shape (S - 1,).
     """
-    return _are_flips(robot, joints[:-1], joints[1:], 0.5 * (poses[:-1, :3] + poses[1:, :3]))
-
-
-def _are_flips(robot: Robot, before: Array, after: Array, middle: Array) -> NDArray[np.bool_]:
-    """Whether steps between rows of joints are flips; the path's middles [m] have shape (N, 3)."""
-    flips: NDArray[np.bool_] = np.abs(after - before).max(axis=1) > FLIP_STEP
-    wide = np.flatnonzero(flips)
-    if len(wide):
-        halfway = robot.forward_kinematics(0.5 * (before[wide] + after[wide]))[:, :3]
-        flips[wide] = np.linalg.norm(halfway - middle[wide], axis=1) > FLIP_DEVIATION
+    flips = np.zeros(len(joints) - 1, dtype=bool)
+    find_flips(robot.chain, np.ascontiguousarray(joints), np.ascontiguousarray(poses), flips)
     return flips
 
 
-def continuous_path(
-    robot: Robot, solver: Solver, poses: Array, start: Array | None
-) -> Array | None:
-    """Search a branch of solutions that follows the whole path without a flip.
+def kernel_options(solver: Solver | None) -> LmOptions | None:
+    """Tolerances and damping of a solver that refines by the kernel of `lm`, else None."""
+    kernel = getattr(solver, "kernel", solver)
+    return kernel.options(None) if isinstance(kernel, LevenbergMarquardt) else None
 
-    Several solutions of one waypoint are followed at once, each waypoint seeded from its
-    neighbour, to both ends; what is lost or flips on the way is dropped. Where the start's joints
-    are given, it is the only solution to follow.
+
+def mend(
+    robot: Robot,
+    poses: Array,
+    joints: Array,
+    found: NDArray[np.bool_],
+    ends: Ends,
+    options: LmOptions,
+    candidates: Array | None = None,
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Replace a path that flips or misses waypoints by a better one, if there is one.
 
     Args:
         robot: The robot.
-        solver: Solver to ask, all branches of one waypoint in one query.
-        poses: Wanted tip poses, base frame, shape (S, 7).
-        start: Joints at the first waypoint [rad or m], shape (dof,), or None to choose.
+        poses: Waypoints, base frame [m, unit quaternion], shape (S, 7).
+        joints: The solver's answers [rad or m], shape (S, dof).
+        found: Its claims, shape (S,).
+        ends: Joints that the path has to start and end with.
+        options: Tolerances and damping of the repair.
+        candidates: More answers for each waypoint to begin from, shape (S, K, dof).
 
     Returns:
-        Joints of the branch that moves least, shape (S, dof), or None if none was found.
+        Joints, shape (S, dof), and which waypoints were reached, shape (S,): the answers as they
+        were where nothing better was found, by waypoints missed, then flips, then travel.
     """
-    origins = (0,) if start is not None else (len(poses) // 2, 0, len(poses) - 1)
-    for origin in origins:
-        branches = start[None] if start is not None else _branches(robot, solver, poses[origin])
-        forward = _followed(robot, solver, branches, poses[origin:])
-        backward = _followed(robot, solver, branches, poses[origin::-1])
-        paths = np.concatenate([backward[:, :0:-1], forward], axis=1)
-        paths = paths[np.isfinite(paths).all(axis=(1, 2))]
-        if len(paths):
-            travel = np.abs(np.diff(paths, axis=1)).sum(axis=(1, 2))
-            return np.array(paths[int(np.argmin(travel))])
-    return None
+    if found.all() and not branch_flips(robot, joints, poses).any():
+        return joints, found
+    paths = [(joints, found)]
+    followed = _followed(robot, poses, joints, found, ends, options, candidates)
+    if followed is not None:
+        paths.append((followed, np.ones(len(poses), dtype=bool)))
+    else:
+        paths += _searched(robot, poses, ends, options)
+    return min(paths, key=lambda path: _badness(robot, path[0], path[1], poses))
 
 
-def _branches(robot: Robot, solver: Solver, pose: Array) -> Array:
-    """Different solutions of one pose, shape (K, dof); K may be 0."""
-    seeds = robot.sample(BRANCH_SEEDS, collision_free=False)
-    seeds[0] = robot.home
-    answer = solver.solve(np.tile(pose, (len(seeds), 1)), initial=seeds)
-    kept: list[Array] = []
-    for joints in answer.joints[answer.found]:
-        if all(np.abs(joints - other).max() > SAME_BRANCH for other in kept):
-            kept.append(joints)
-    return np.array(kept).reshape(-1, robot.dof)
+def _searched(
+    robot: Robot, poses: Array, ends: Ends, options: LmOptions
+) -> list[tuple[Array, NDArray[np.bool_]]]:
+    """Search branches one by one, then all from the start, then all from the target.
 
-
-def _followed(robot: Robot, solver: Solver, branches: Array, poses: Array) -> Array:
-    """Follow branches from the first pose on, shape (K, S, dof); NaN from where one is lost."""
-    paths = np.full((len(branches), len(poses), robot.dof), np.nan)
-    paths[:, 0] = branches
-    alive = np.arange(len(branches))
-    for i in range(1, len(poses)):
-        if len(alive) == 0:
-            break
-        before = paths[alive, i - 1]
-        answer = solver.solve(np.tile(poses[i], (len(alive), 1)), initial=before)
-        middle = np.tile(0.5 * (poses[i - 1, :3] + poses[i, :3]), (len(alive), 1))
-        good = answer.found & ~_are_flips(robot, before, answer.joints, middle)
-        alive = alive[good]
-        paths[alive, i] = answer.joints[good]
+    Each only where the one before was not enough: a narrow branch may have no sample at one end
+    and many at the other.
+    """
+    first, last = ends
+    if first is None and last is None:
+        branch = one_branch(robot, poses, options, QUICK)
+        if branch is not None:
+            return [(branch, np.ones(len(poses), dtype=bool))]
+    paths = []
+    if first is not None or last is None:
+        path, reached = fewest_flips(robot, poses, options, QUICK, first, last)
+        paths.append(_pinned(path, reached, ends))
+        if _badness(robot, path, reached, poses)[:2] == (0, 0):
+            return paths
+    path, reached = fewest_flips(robot, poses[::-1].copy(), options, QUICK, last, first)
+    paths.append(_pinned(path[::-1].copy(), reached[::-1].copy(), ends))
     return paths
 
 
-def repair_jumps(
-    robot: Robot, solver: Solver, joints: Array, poses: Array, found: NDArray[np.bool_]
-) -> tuple[Array, NDArray[np.bool_]]:
-    """Solve again, from the neighbour before, every waypoint that was missed or jumped to.
+def _followed(
+    robot: Robot,
+    poses: Array,
+    joints: Array,
+    found: NDArray[np.bool_],
+    ends: Ends,
+    options: LmOptions,
+    candidates: Array | None,
+) -> Array | None:
+    """Follow the branches of the answers; the first that covers the path, shape (S, dof)."""
+    origins, seeds = _beginnings(robot, poses, joints, found, ends, candidates)
+    paths = np.empty((len(seeds), len(poses), robot.dof))
+    share = QUICK.share if robot.dof > TASK else 0.0
+    winner = follow_until_complete(
+        robot.chain, poses, origins, seeds, options, share, SAME_BRANCH, paths
+    )
+    if winner < 0:
+        return None
+    path = np.array(paths[winner])
+    path, _ = _pinned(path, found.copy(), ends)
+    return None if branch_flips(robot, path, poses).any() else path
 
-    A waypoint is only replaced by a solution that is found and is no flip; what cannot be repaired
-    stays as it was and is reported by `branch_flips`.
 
-    Args:
-        robot: The robot.
-        solver: Solver to ask, one waypoint at a time, seeded with the neighbour's joints.
-        joints: Joint positions [rad or m], shape (S, dof).
-        poses: Wanted tip poses, base frame, shape (S, 7).
-        found: What the batched query claimed, shape (S,).
+def _beginnings(
+    robot: Robot,
+    poses: Array,
+    joints: Array,
+    found: NDArray[np.bool_],
+    ends: Ends,
+    candidates: Array | None,
+) -> tuple[NDArray[np.int64], Array]:
+    """Waypoints (K,) and configurations (K, dof) to follow branches from, best first."""
+    if ends.first is not None:
+        return np.zeros(1, np.int64), ends.first[None]
+    last = len(poses) - 1
+    if ends.last is not None:
+        return np.array([last]), ends.last[None]
+    breaks = branch_flips(robot, joints, poses) | ~found[1:] | ~found[:-1]
+    edges = np.concatenate([[0], np.flatnonzero(breaks) + 1, [last + 1]])
+    longest = np.argsort(-np.diff(edges), kind="stable")[:SEGMENTS]
+    middles = (edges[longest] + edges[longest + 1] - 1) // 2
+    origins, seeds = middles, joints[middles]
+    if candidates is not None:
+        places = np.array([last // 2, 0, last])
+        origins = np.concatenate([origins, np.repeat(places, candidates.shape[1])])
+        seeds = np.concatenate([seeds, candidates[places].reshape(-1, robot.dof)])
+    return origins.astype(np.int64), np.ascontiguousarray(seeds)
 
-    Returns:
-        Repaired joints, shape (S, dof), and claims, shape (S,).
-    """
-    joints, found = joints.copy(), found.copy()
-    for i in range(len(joints)):
-        before = joints[max(i - 1, 0)]
-        pair = np.stack([before, joints[i]])
-        smooth = i == 0 or not branch_flips(robot, pair, poses[i - 1 : i + 1])[0]
-        if found[i] and smooth:
-            continue
-        answer = solver.solve(poses[i : i + 1], initial=before)
-        pair[1] = answer.joints[0]
-        smooth = i == 0 or not branch_flips(robot, pair, poses[i - 1 : i + 1])[0]
-        if answer.found[0] and smooth:
-            joints[i], found[i] = answer.joints[0], True
+
+def _pinned(joints: Array, found: NDArray[np.bool_], ends: Ends) -> tuple[Array, NDArray[np.bool_]]:
+    """Put the given joints at the ends."""
+    for i, known in zip((0, -1), ends, strict=True):
+        if known is not None:
+            joints[i], found[i] = known, True
     return joints, found
+
+
+def _badness(
+    robot: Robot, joints: Array, found: NDArray[np.bool_], poses: Array
+) -> tuple[int, int, float]:
+    flips = int(branch_flips(robot, joints, poses).sum())
+    return int((~found).sum()), flips, float(np.abs(np.diff(joints, axis=0)).sum())

@@ -10,12 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pipeline.planning.bezier import bezier_curve, path_parameter
-from pipeline.planning.continuity import (
-    branch_flips,
-    continuous_path,
-    joint_steps,
-    repair_jumps,
-)
+from pipeline.planning.continuity import Ends, branch_flips, joint_steps, kernel_options, mend
+from pipeline.planning.query import answer
 from pipeline.planning.rotation import slerp, spherical_bezier
 from robots.rotations import rotation_angle
 
@@ -33,12 +29,15 @@ class Motion:
     Attributes:
         poses: Wanted tip poses, base frame [m, unit quaternion w x y z], shape (S, 7).
         joints: Joint positions [rad or m], shape (S, dof).
-        found: The solver's own claim at each waypoint, shape (S,).
-        time_s: Wall time of planning, path and inverse kinematics together [s].
+        found: Claims at each waypoint, the solver's or the repair's, shape (S,).
+        time_s: Wall time of planning: path, inverse kinematics and repair together [s].
         tip_error_mm: Euclidean distance of the tip from its pose [mm], shape (S,).
         tip_error_deg: Angle of the tip's rotation from its pose's [deg], shape (S,).
         largest_step: Largest change of one joint between two waypoints [rad or m].
         flips: Number of branch flips, see `continuity.branch_flips`.
+        answers: Joints as the batched query gave them, before any repair, shape (S, dof).
+        answered: The solver's claims in it, shape (S,).
+        query_s: Wall time of path and query alone [s].
     """
 
     poses: Array
@@ -49,6 +48,9 @@ class Motion:
     tip_error_deg: Array
     largest_step: float
     flips: int
+    answers: Array
+    answered: NDArray[np.bool_]
+    query_s: float
 
 
 def tip_path(
@@ -97,69 +99,58 @@ def plan_motion(
 ) -> Motion:
     """Plan a motion of the tip with one batched inverse-kinematics query.
 
-    The two ends are solved first, and the batch is seeded with the straight way between their
-    joints: neighbouring seeds keep an iterative solver on one branch of solutions. A solver that
-    takes no seed is not changed by that.
+    How the batch is asked is said in `query.answer`. If its answers flip between branches of
+    solutions or miss a waypoint, they are mended, see `continuity.mend`. Where the joints at the
+    start are not given, the branch is free.
 
     No obstacle is avoided, as in the paper: clearance comes from the control points.
 
     Args:
         robot: The robot.
         solver: Solver for the whole batch of poses.
-        start: Start pose (7,) or joint positions (dof,), which are kept as the first waypoint; a
-            start pose is solved from the robot's home configuration.
+        start: Start pose (7,) or joint positions (dof,), which are kept as the first waypoint.
         target: Target pose (7,) or joint positions (dof,), which are kept as the last waypoint.
         control_points: Inner control points, base frame [m], shape (n, 3).
         steps: Number of poses, both ends included, at least 2.
         control_rotations: Inner key rotations, unit quaternions, shape (m, 4).
-        repair: Solver that mends branch flips, by another branch for the whole path or else from
-            the neighbouring waypoint; none leaves them as the query gave them.
+        repair: `lm` or `cycleik_refined`, whose tolerances and damping mend the path; where left
+            out, a solver that is one of them mends its own, and others stay as they answered.
 
     Returns:
         The motion; an unreachable path is one too, with `found` false where the solver says so.
 
     Raises:
-        ValueError: If start or target is neither a pose nor a joint vector of this robot.
+        ValueError: If start or target is neither a pose nor a joint vector of this robot, or
+            `repair` is a solver that cannot mend.
     """
     first, first_joints = motion_end(robot, "start", start)
     last, last_joints = motion_end(robot, "target", target)
+    options = kernel_options(solver if repair is None else repair)
+    if options is None and repair is not None:
+        raise ValueError(f"repair must be lm or cycleik_refined, got {repair.name or repair}")
     begin = time.perf_counter()
     poses = tip_path(first, last, control_points, steps, control_rotations)
-    seed = robot.home if first_joints is None else first_joints
-    ends = np.array(solver.solve(poses[[0, -1]], initial=seed).joints)
-    given = {0: first_joints, -1: last_joints}
-    for i, known in given.items():
-        ends[i] = ends[i] if known is None else known
-    solution = solver.solve(poses, initial=_straight_way(ends[0], ends[-1], steps))
-    joints, found = np.array(solution.joints), np.array(solution.found)
-    for i, known in given.items():
-        if known is not None:
-            joints[i], found[i] = known, True
-    if repair is not None and not (found.all() and not branch_flips(robot, joints, poses).any()):
-        joints, found = _repaired(robot, repair, joints, poses, found, given)
-    return _judged(robot, poses, joints, found, time.perf_counter() - begin)
-
-
-def _repaired(
-    robot: Robot,
-    solver: Solver,
-    joints: Array,
-    poses: Array,
-    found: NDArray[np.bool_],
-    given: dict[int, Array | None],
-) -> tuple[Array, NDArray[np.bool_]]:
-    """Another branch for the whole path if there is one, else neighbour by neighbour."""
-    if given[-1] is None and found.all():
-        path = continuous_path(robot, solver, poses, given[0])
-        if path is not None:
-            return path, found
-    return repair_jumps(robot, solver, joints, poses, found)
-
-
-def _straight_way(first: Array, last: Array, steps: int) -> Array:
-    """Joints evenly from one configuration to another, shape (steps, dof)."""
-    k = path_parameter(steps)[:, None]
-    return (1.0 - k) * first + k * last
+    ends = Ends(first_joints, last_joints)
+    given = answer(robot, solver, poses, ends)
+    query_s = time.perf_counter() - begin
+    joints, found = given.joints, given.found
+    if options is not None:
+        joints, found = mend(robot, poses, joints, found, ends, options, given.candidates)
+    seconds = time.perf_counter() - begin
+    reached = robot.forward_kinematics(joints)
+    return Motion(
+        poses=poses,
+        joints=joints,
+        found=found,
+        time_s=seconds,
+        tip_error_mm=1e3 * np.linalg.norm(reached[:, :3] - poses[:, :3], axis=1),
+        tip_error_deg=np.rad2deg(rotation_angle(reached[:, 3:], poses[:, 3:])),
+        largest_step=float(joint_steps(joints).max()),
+        flips=int(branch_flips(robot, joints, poses).sum()),
+        answers=given.joints,
+        answered=given.found,
+        query_s=query_s,
+    )
 
 
 def motion_end(robot: Robot, name: str, value: ArrayLike) -> tuple[Array, Array | None]:
@@ -188,20 +179,4 @@ def motion_end(robot: Robot, name: str, value: ArrayLike) -> tuple[Array, Array 
     raise ValueError(
         f"{name} must be a pose (x, y, z, unit quaternion w, x, y, z) or {robot.dof} joint "
         f"positions of {robot.name}, all finite, got {vector.tolist()}"
-    )
-
-
-def _judged(
-    robot: Robot, poses: Array, joints: Array, found: NDArray[np.bool_], seconds: float
-) -> Motion:
-    reached = robot.forward_kinematics(joints)
-    return Motion(
-        poses=poses,
-        joints=joints,
-        found=found,
-        time_s=seconds,
-        tip_error_mm=1e3 * np.linalg.norm(reached[:, :3] - poses[:, :3], axis=1),
-        tip_error_deg=np.rad2deg(rotation_angle(reached[:, 3:], poses[:, 3:])),
-        largest_step=float(joint_steps(joints).max()),
-        flips=int(branch_flips(robot, joints, poses).sum()),
     )

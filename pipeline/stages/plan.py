@@ -11,7 +11,7 @@ from pipeline.data.files import write_json
 from pipeline.data.rows import KeptRows
 from pipeline.data.tables import write_table
 from pipeline.evaluation.identity import solver_identity
-from pipeline.planning.benchmark import KEY, benchmark, plan_pair, random_pairs
+from pipeline.planning.benchmark import KEY, benchmark, plan_pair, random_pairs, shortened
 from pipeline.planning.figures import write_figures
 from pipeline.progress import bar
 from pipeline.seeding import derive_seed
@@ -29,7 +29,10 @@ def run(config: Config) -> list[Path]:
     check_solvers(asked, robot)
     folders = artifacts(config)
     folder = folders.plan(robot.name)
-    solvers = {name: solver_of(name, robot, config) for name in config.plan.solvers}
+    solvers = {
+        name: shortened(solver_of(name, robot, config), config.plan.time_s)
+        for name in config.plan.solvers
+    }
     repair = solver_of(config.plan.repair, robot, config) if config.plan.repair else None
     seed = derive_seed(config.seed, "plan", robot.name)
     everyone = {**solvers, "repair": repair}

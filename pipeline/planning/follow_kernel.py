@@ -1,0 +1,75 @@
+"""Compiled following of single branches of solutions along a whole path."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from pipeline.planning.flip_kernel import is_flip
+from pipeline.planning.tracking_kernel import avoid_limits, new_tracker, reach_pose
+
+
+@njit(cache=True)
+def _follow(chain, poses, origin, options, share, path, t):  # type: ignore[no-untyped-def]
+    """Continue path[origin] to both ends of the path; NaN where it is lost."""
+    reached = 1
+    for direction in (1, -1):
+        i = origin + direction
+        while 0 <= i < poses.shape[0]:
+            before = path[i - direction]
+            good = False
+            for pushed in (share > 0.0, False):
+                t.q[:] = before
+                if pushed:
+                    avoid_limits(chain, share, t)
+                good = reach_pose(chain, poses[i], options, pushed, t) and not is_flip(
+                    chain, before, t.q, poses[i - direction], poses[i], t
+                )
+                if good or not pushed:
+                    break
+            if not good:
+                break
+            path[i] = t.q
+            reached += 1
+            i += direction
+    return reached
+
+
+@njit(cache=True)
+def follow_until_complete(  # type: ignore[no-untyped-def]
+    chain, poses, origins, seeds, options, share, apart, paths
+):
+    """Follow one branch after another until one of them reaches both ends of the path.
+
+    A seed that leads to a configuration which an earlier branch already went through is skipped.
+
+    Args:
+        chain: The chain of the robot.
+        poses: Waypoints, base frame, shape (S, 7).
+        origins: Waypoint that each seed is for, shape (K,).
+        seeds: Configurations near a solution of that waypoint [rad or m], shape (K, dof).
+        options: `LmOptions`.
+        share: Wish of a joint at its limit to leave it, per waypoint [rad or m]; 0 for none.
+        apart: Largest joint distance up to which two solutions are one [rad or m].
+        paths: Receives the branches, NaN where one is lost, shape (K, S, dof).
+
+    Returns:
+        Index of the branch that is complete, or -1.
+    """
+    t = new_tracker(chain)
+    for n in range(seeds.shape[0]):
+        paths[n] = np.nan
+        t.q[:] = seeds[n]
+        if not reach_pose(chain, poses[origins[n]], options, False, t):
+            continue
+        known = False
+        for other in range(n):
+            if np.abs(paths[other, origins[n]] - t.q).max() < apart:  # false for NaN
+                known = True
+                break
+        if known:
+            continue
+        paths[n, origins[n]] = t.q
+        if _follow(chain, poses, origins[n], options, share, paths[n], t) == poses.shape[0]:
+            return n
+    return -1

@@ -1,0 +1,148 @@
+"""Compiled continuation: from a solution of one waypoint to one of the next, on the same branch.
+
+A step predicts and corrects (Allgower and Georg, "Introduction to Numerical Continuation Methods",
+chapter 2). The predictor is one damped step from the joints at the waypoint before, with a motion
+in the null space added for redundant arms (Siciliano et al., "Robotics: Modelling, Planning and
+Control", section 3.5.1); the corrector is Levenberg-Marquardt with joint limits as an active set,
+as in `baselines.lm_kernel`, but without restarts: what does not converge is lost.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from baselines.damped_solve import damped_solve
+from baselines.linearise import (
+    Linearisation,
+    aim,
+    find_error,
+    find_frames,
+    find_jacobian,
+    new_linearisation,
+)
+
+Array = NDArray[np.float64]
+
+CORRECTIONS = 12  # steps after which a waypoint that was not reached is lost
+
+
+class Tracker(NamedTuple):
+    """Arrays that one thread works in.
+
+    Attributes:
+        at: Kinematics of the configuration at hand.
+        solved: (6,) solution of a damped system.
+        wanted: (6,) its right-hand side.
+        step: (dof,) joint step [rad or m].
+        free: (dof,) joints that are not frozen at a limit.
+        q: (dof,) the configuration at hand [rad or m].
+        push: (dof,) wish for the null space [rad or m].
+        middle: (7,) pose half way between two waypoints.
+    """
+
+    at: Linearisation
+    solved: Array
+    wanted: Array
+    step: Array
+    free: NDArray[np.bool_]
+    q: Array
+    push: Array
+    middle: Array
+
+
+@njit(cache=True)
+def new_tracker(chain):  # type: ignore[no-untyped-def]
+    """Room for the chain of a robot."""
+    dof = chain.lower.shape[0]
+    return Tracker(
+        new_linearisation(chain.prismatic.shape[0], dof),
+        np.empty(6),
+        np.empty(6),
+        np.empty(dof),
+        np.empty(dof, dtype=np.bool_),
+        np.empty(dof),
+        np.zeros(dof),
+        np.empty(7),
+    )
+
+
+@njit(cache=True)
+def _step(chain, t, damping, freezes):  # type: ignore[no-untyped-def]
+    """Move t.q by z + Jᵀ (J Jᵀ + λ I)⁻¹ (e - J z), z = t.push, inside the limits."""
+    dof = t.q.shape[0]
+    t.free[:] = True
+    for _ in range(freezes + 1):
+        for i in range(6):
+            t.wanted[i] = t.at.error[i]
+        for k in range(dof):
+            if t.free[k] and t.push[k] != 0.0:
+                for i in range(6):
+                    t.wanted[i] -= t.at.jacobian[k, i] * t.push[k]
+        damped_solve(t.at.jacobian, t.free, t.wanted, damping, t.solved)
+        frozen = False
+        for k in range(dof):
+            if not t.free[k]:
+                t.step[k] = 0.0
+                continue
+            total = t.push[k]
+            for i in range(6):
+                total += t.at.jacobian[k, i] * t.solved[i]
+            t.step[k] = total
+            if (t.q[k] <= chain.lower[k] and total < 0.0) or (
+                t.q[k] >= chain.upper[k] and total > 0.0
+            ):
+                t.free[k] = False
+                frozen = True
+        if not frozen:
+            break
+    for k in range(dof):
+        t.q[k] = min(max(t.q[k] + t.step[k], chain.lower[k]), chain.upper[k])
+
+
+@njit(cache=True)
+def reach_pose(chain, pose, options, pushed, t):  # type: ignore[no-untyped-def]
+    """Descend from t.q to a pose (7,) and say whether it was reached; t.q is where it ended.
+
+    Args:
+        chain: The chain of the robot.
+        pose: The pose, base frame [m, unit quaternion].
+        options: `LmOptions`; tolerances, damping and freezes are used.
+        pushed: Whether the first step adds the null-space wish t.push.
+        t: The `Tracker`.
+    """
+    position2 = options.position_tolerance_m**2
+    rotation2 = options.rotation_tolerance_rad**2
+    aim(pose, t.at)
+    for attempt in range(CORRECTIONS + 1):
+        find_frames(chain, t.q, t.at)
+        distance2, angle2 = find_error(pose, t.at)
+        if distance2 <= position2 and angle2 <= rotation2 and not (pushed and attempt == 0):
+            return True
+        if attempt == CORRECTIONS:
+            break
+        if attempt == 0 and not pushed:
+            t.push[:] = 0.0
+        find_jacobian(chain, t.at)
+        damping = options.damping + options.damping_gain * (distance2 + angle2)
+        _step(chain, t, damping, options.freezes)
+        t.push[:] = 0.0
+    return False
+
+
+@njit(cache=True)
+def avoid_limits(chain, share, t):  # type: ignore[no-untyped-def]
+    """Wish every joint away from its limits, by the cube of its distance from mid-range.
+
+    Args:
+        chain: The chain of the robot.
+        share: Wish of a joint that is at its limit [rad or m].
+        t: The `Tracker`; t.push is written for t.q.
+    """
+    for k in range(t.q.shape[0]):
+        half = 0.5 * (chain.upper[k] - chain.lower[k])
+        off = (t.q[k] - chain.lower[k]) / half - 1.0 if half > 0.0 else 0.0
+        t.push[k] = -share * off * off * off
