@@ -107,6 +107,33 @@ def test_planner_rows_by_waypoint_become_one_a_plan(tmp_path, published):
     assert line["time_paper_ms"] == "70.0"
 
 
+def test_planner_rows_say_how_many_paths_stay_in_reach_and_can_be_followed(tmp_path, published):
+    results = Results(tmp_path)
+    results.plan["panda"] = pd.DataFrame(
+        {
+            "solver": ["lm"] * 4 + ["placo"] * 4,
+            "pair": [0, 1, 2, 3] * 2,
+            "plan_time_ms": [2.0, 2.0, 2.0, 900.0] * 2,
+            "tip_error_mm": [0.1, 0.1, 0.1, 500.0, 0.1, 0.1, 0.1, 500.0],
+            "flips": [0, 0, 1, 0, 0, 1, 1, 0],
+            "query_flips": [3, 0, 1, 0, 1, 1, 1, 0],
+            "waypoints": 50,
+            "waypoints_found": [50, 50, 50, 20, 50, 50, 50, 20],
+            "in_reach": [True, True, True, False] * 2,
+            "continuous": [True, False, False, False] * 2,
+        }
+    )
+    lm, placo = records(planner(results, published))
+    assert (lm["plans"], lm["in_reach"]) == ("4", "3")
+    # The search missed pair 1, but lm followed it.
+    assert lm["continuous"] == placo["continuous"] == "2"
+    assert float(lm["time_p99_ms"]) == 2.0
+    assert float(lm["query_without_flip"]) == pytest.approx(1 / 3)
+    assert float(lm["without_flip"]) == pytest.approx(2 / 3)
+    assert float(lm["followed_without_flip"]) == 1.0
+    assert float(placo["followed_without_flip"]) == 0.5
+
+
 @pytest.fixture
 def small():
     columns = [
