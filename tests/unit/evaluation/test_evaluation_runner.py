@@ -1,100 +1,24 @@
 """Raw rows of scripted solvers on a two-link arm: nothing is believed and nothing is dropped."""
 
-import os
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scripted import Scripted, subject
 
-import baselines
-from baselines import Budget, QuerySolver, Solution, Solver, SolverError
-from baselines.protocol import Answer
-from pipeline.evaluation.config import EvaluateConfig, Tolerance
-from pipeline.evaluation.identity import solver_identity
+from baselines import Budget, SolverError
+from pipeline.evaluation.config import Tolerance
 from pipeline.evaluation.judge import JudgeError, tip_poses
-from pipeline.evaluation.naming import row_name, solver_of_rows
 from pipeline.evaluation.rows import COLUMNS
 from pipeline.evaluation.runner import (
     EvaluationError,
     count_poses,
     evaluate_solver,
-    plan_chunks,
-    question,
 )
 from pipeline.evaluation.subject import Subject
-from robots import load_robot
 
 TWO_LINK = Path(__file__).parents[2] / "fixtures" / "two_link.urdf"
-
-
-class Scripted(Solver):
-    """Answers with joints that the test chose; counts its calls."""
-
-    name = "scripted"
-
-    def __init__(self, robot, joints, found=True, fault=None):
-        super().__init__(robot)
-        self.joints, self.claim, self.fault = np.asarray(joints), found, fault
-        self.budgets_seen = []
-
-    @property
-    def calls(self):
-        return len(self.budgets_seen)
-
-    def _solve_batch(self, poses, initial, budget):
-        self.budgets_seen.append(budget)
-        if self.fault is not None:
-            raise self.fault
-        count = len(poses)
-        solution = Solution.empty(count, self.robot.dof)
-        joints = np.broadcast_to(self.joints, (count, self.robot.dof)).copy()
-        reason = "" if self.claim else "no solution"
-        return replace(
-            solution, joints=joints, found=np.full(count, self.claim), reason=(reason,) * count
-        )
-
-
-class OneByOne(QuerySolver):
-    name = "one_by_one"
-
-    def _solve_one(self, pose, initial, clock):
-        return Answer(initial, "")
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return load_robot(urdf=TWO_LINK)
-
-
-@pytest.fixture
-def config():
-    return EvaluateConfig(
-        solvers=["scripted"],
-        seeded_by="home",
-        poses=0,
-        time_s=None,
-        iterations=None,
-        not_found="idle",
-        always_answer=[],
-        claim=Tolerance(position_mm=10.0, rotation_deg=20.0),
-        limit_slack=1e-6,
-        batch_sizes=[1],
-        answered_in_batches={},
-        latency_poses=4,
-        warm_up=0,
-        threads=1,
-        pinned=True,
-        first_core=0,
-        side_by_side=1,
-        keep=False,
-        chunk=5,
-    )
-
-
-def subject(robot, solver, count=12):
-    joints = robot.sample(count, seed=3, collision_free=False)
-    return Subject(robot, solver, robot.forward_kinematics(joints), seed=7)
 
 
 def test_errors_come_from_the_joints_not_from_the_claim(robot, config):
@@ -187,51 +111,6 @@ def test_a_solver_that_is_slow_pose_by_pose_is_judged_in_batches(robot, config):
     assert rows.groupby("batch_size").size().to_dict() == {6: 12, 1: 4, 4: 4}
 
 
-class Seeder(Solver):
-    """Answers with joints that depend on the pose, so that a mix-up would show."""
-
-    name = "seeder"
-
-    def _solve_batch(self, poses, initial, budget):
-        solution = Solution.empty(len(poses), self.robot.dof)
-        joints = np.repeat(poses[:, :1], self.robot.dof, axis=1)
-        return replace(solution, joints=joints, reason=("not a solution",) * len(poses))
-
-
-@pytest.mark.parametrize("batch_size", [1, 4])
-def test_each_pose_starts_from_the_seed_of_that_pose(robot, config, batch_size):
-    given = replace(subject(robot, OneByOne(robot)), seeder=Seeder(robot))
-    rows = evaluate_solver(given, replace(config, batch_sizes=[batch_size]))
-    inside = np.clip(rows.target_x_m, robot.lower[0], robot.upper[0])
-    np.testing.assert_array_equal(rows.q0, inside)
-    assert (rows.seeded_by == "seeder").all()
-    assert (rows.seed_time_us > 0).all()
-    assert question(given, config)["seeder_identity"]["class"].endswith("Seeder")
-    home = evaluate_solver(replace(given, seeder=None), config)
-    assert (home.seeded_by == "home").all()
-    assert (home.seed_time_us == 0).all()
-
-
-def test_rows_say_whether_they_were_pinned_and_to_how_many_cores(robot, config):
-    given = subject(robot, Scripted(robot, robot.home))
-    cores = len(os.sched_getaffinity(0))
-    rows = evaluate_solver(given, config)
-    assert rows.pinned.all()
-    assert (rows.threads == 1).all()
-    free = evaluate_solver(given, replace(config, pinned=False))
-    assert not free.pinned.any()
-    assert (free.threads == cores).all()
-    assert len(os.sched_getaffinity(0)) == cores
-    assert row_name("trac_ik", pinned=False) != row_name("trac_ik", pinned=True) == "trac_ik"
-    assert solver_of_rows(row_name("trac_ik", pinned=False)) == "trac_ik"
-
-
-def test_solvers_of_single_poses_are_not_timed_in_batches(robot, config):
-    config = replace(config, batch_sizes=[1, 4])
-    chunks = list(plan_chunks(subject(robot, OneByOne(robot, iterations=1)), config))
-    assert chunks == [(1, 0, 5), (1, 5, 10), (1, 10, 12)]
-
-
 def test_the_budget_is_what_the_solver_heeds(robot, config):
     solver = Scripted(robot, robot.home)
     evaluate_solver(subject(robot, solver), replace(config, iterations=30))
@@ -281,49 +160,3 @@ def test_what_cannot_be_evaluated_is_refused(robot, config):
         tip_poses(robot, np.zeros((2, robot.dof + 1)))
     with pytest.raises(ValueError, match=r"evaluate\.chunk"):
         replace(config, chunk=0)
-
-
-def test_the_question_is_json_and_names_poses_and_machine(robot, config):
-    import json
-
-    asked = question(subject(robot, Scripted(robot, robot.home)), config)
-    assert json.loads(json.dumps(asked))["poses"] == 12
-    assert len(asked["poses_checksum"]) == 64
-    assert asked["machine"]["threads"] == 1
-
-
-def test_other_weights_or_settings_are_another_question(robot, config):
-    import torch
-
-    torch.manual_seed(0)
-    solver = Scripted(robot, robot.home)
-    solver.network = torch.nn.Linear(7, 2)
-    given = subject(robot, solver)
-    first = question(given, config)
-    assert question(given, config) == first
-    with torch.no_grad():
-        solver.network.weight[0, 0] += 1e-6
-    assert question(given, config) != first
-    other = subject(robot, Scripted(robot, robot.home, found=False))
-    assert question(other, config) != question(subject(robot, Scripted(robot, robot.home)), config)
-
-
-def test_an_edited_setting_is_another_question_but_a_moved_folder_of_weights_is_not(robot):
-    first, again = (solver_identity(baselines.load("lm", robot)) for _ in range(2))
-    assert first == again
-    assert solver_identity(baselines.load("lm", robot, damping_gain=0.5)) != first
-    outer = Scripted(robot, robot.home)
-    outer.settings = {"weights": "here"}
-    outer.kernel = baselines.load("lm", robot)
-    before = solver_identity(outer)
-    outer.settings = {"weights": "there"}
-    assert solver_identity(outer) == before
-    outer.kernel = baselines.load("lm", robot, patience=7)
-    assert solver_identity(outer) != before
-
-
-def test_the_budget_that_was_used_is_told(robot, config):
-    given = subject(robot, baselines.load("lm", robot, iterations=50))
-    assert question(given, config)["solver_budget"] == {"time_s": None, "iterations": 50}
-    timed = question(given, replace(config, time_s=1e-3))
-    assert timed["solver_budget"] == {"time_s": 1e-3, "iterations": None}

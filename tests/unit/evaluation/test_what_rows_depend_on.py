@@ -1,0 +1,105 @@
+"""What rows say of themselves, and what makes others of them: seeds, cores, settings, weights."""
+
+import os
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scripted import OneByOne, Scripted, subject
+
+import baselines
+from baselines import Solution, Solver
+from pipeline.evaluation.identity import solver_identity
+from pipeline.evaluation.naming import row_name, solver_of_rows
+from pipeline.evaluation.runner import evaluate_solver, plan_chunks, question
+
+
+class Seeder(Solver):
+    """Answers with joints that depend on the pose, so that a mix-up would show."""
+
+    name = "seeder"
+
+    def _solve_batch(self, poses, initial, budget):
+        solution = Solution.empty(len(poses), self.robot.dof)
+        joints = np.repeat(poses[:, :1], self.robot.dof, axis=1)
+        return replace(solution, joints=joints, reason=("not a solution",) * len(poses))
+
+
+@pytest.mark.parametrize("batch_size", [1, 4])
+def test_each_pose_starts_from_the_seed_of_that_pose(robot, config, batch_size):
+    given = replace(subject(robot, OneByOne(robot)), seeder=Seeder(robot))
+    rows = evaluate_solver(given, replace(config, batch_sizes=[batch_size]))
+    inside = np.clip(rows.target_x_m, robot.lower[0], robot.upper[0])
+    np.testing.assert_array_equal(rows.q0, inside)
+    assert (rows.seeded_by == "seeder").all()
+    assert (rows.seed_time_us > 0).all()
+    assert question(given, config)["seeder_identity"]["class"].endswith("Seeder")
+    home = evaluate_solver(replace(given, seeder=None), config)
+    assert (home.seeded_by == "home").all()
+    assert (home.seed_time_us == 0).all()
+
+
+def test_rows_say_whether_they_were_pinned_and_to_how_many_cores(robot, config):
+    given = subject(robot, Scripted(robot, robot.home))
+    cores = len(os.sched_getaffinity(0))
+    rows = evaluate_solver(given, config)
+    assert rows.pinned.all()
+    assert (rows.threads == 1).all()
+    free = evaluate_solver(given, replace(config, pinned=False))
+    assert not free.pinned.any()
+    assert (free.threads == cores).all()
+    assert len(os.sched_getaffinity(0)) == cores
+    assert row_name("trac_ik", pinned=False) != row_name("trac_ik", pinned=True) == "trac_ik"
+    assert solver_of_rows(row_name("trac_ik", pinned=False)) == "trac_ik"
+
+
+def test_solvers_of_single_poses_are_not_timed_in_batches(robot, config):
+    config = replace(config, batch_sizes=[1, 4])
+    chunks = list(plan_chunks(subject(robot, OneByOne(robot, iterations=1)), config))
+    assert chunks == [(1, 0, 5), (1, 5, 10), (1, 10, 12)]
+
+
+def test_the_question_is_json_and_names_poses_and_machine(robot, config):
+    import json
+
+    asked = question(subject(robot, Scripted(robot, robot.home)), config)
+    assert json.loads(json.dumps(asked))["poses"] == 12
+    assert len(asked["poses_checksum"]) == 64
+    assert asked["machine"]["threads"] == 1
+
+
+def test_other_weights_or_settings_are_another_question(robot, config):
+    import torch
+
+    torch.manual_seed(0)
+    solver = Scripted(robot, robot.home)
+    solver.network = torch.nn.Linear(7, 2)
+    given = subject(robot, solver)
+    first = question(given, config)
+    assert question(given, config) == first
+    with torch.no_grad():
+        solver.network.weight[0, 0] += 1e-6
+    assert question(given, config) != first
+    other = subject(robot, Scripted(robot, robot.home, found=False))
+    assert question(other, config) != question(subject(robot, Scripted(robot, robot.home)), config)
+
+
+def test_an_edited_setting_is_another_question_but_a_moved_folder_of_weights_is_not(robot):
+    first, again = (solver_identity(baselines.load("lm", robot)) for _ in range(2))
+    assert first == again
+    assert solver_identity(baselines.load("lm", robot, damping_gain=0.5)) != first
+    outer = Scripted(robot, robot.home)
+    outer.settings = {"weights": "here"}
+    outer.kernel = baselines.load("lm", robot)
+    before = solver_identity(outer)
+    outer.settings = {"weights": "there"}
+    assert solver_identity(outer) == before
+    outer.kernel = baselines.load("lm", robot, patience=7)
+    assert solver_identity(outer) != before
+
+
+def test_the_budget_that_was_used_is_told(robot, config):
+    given = subject(robot, baselines.load("lm", robot, iterations=50))
+    assert question(given, config)["solver_budget"] == {"time_s": None, "iterations": 50}
+    timed = question(given, replace(config, time_s=1e-3))
+    assert timed["solver_budget"] == {"time_s": 1e-3, "iterations": None}
