@@ -162,7 +162,7 @@ def rotation_vector(rotation: Tensor, goal: Tensor) -> tuple[Tensor, Tensor]:
     # Half a turn: any axis does to get away from here, the next step knows better.
     half = ~has_axis & (cosine <= 0.0)
     vector = torch.where(half, 0.0, vector)
-    vector[0] += math.pi * half
+    vector[0] = torch.where(half, math.pi, vector[0])
     return vector, angle
 
 
