@@ -118,7 +118,7 @@ def training(results: Results) -> Table:
                 parameters=card.get("parameters"),
                 steps=_last(curve, "step"),
                 samples=_last(curve, "samples"),
-                loss=_at(card, "config", "train", "loss"),
+                loss=_loss(card),
                 position_error_mm=metrics.get("position_error_mm"),
                 rotation_error_deg=metrics.get("rotation_error_deg"),
                 success_10mm_20deg=metrics.get("success_10mm_20deg"),
@@ -179,3 +179,11 @@ def _at(content: dict[str, Any], *keys: str) -> Any:
     for key in keys:
         content = (content or {}).get(key)  # type: ignore[assignment]
     return content
+
+
+def _loss(card: dict[str, Any]) -> Cell:
+    """Name of the loss: flows are trained for likelihood, whatever `train.loss` says."""
+    if _at(card, "config", "model", "kind") == "flow":
+        return "likelihood"
+    loss: Cell = _at(card, "config", "train", "loss")
+    return loss
