@@ -122,8 +122,8 @@ def neural_comparison(summary: pd.DataFrame, published: Published) -> Table:
     table.notes.append(
         "IKFlow and EEM are published numbers only: Euclidean and geodesic, so the paper's table "
         "mixes metrics. IKFlow's Valkyrie is the left arm with the waist, its Panda ends at "
-        "panda_hand. Our flow answers with the best of its draws, where IKFlow's error is a mean over "
-        "draws: that of ours is in the table of many solutions of one pose."
+        "panda_hand. Our flow answers with the best of its draws, where IKFlow's error is a mean "
+        "over draws: that of ours is in the table of many solutions of one pose."
     )
     return table
 
