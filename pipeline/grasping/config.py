@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from omegaconf import MISSING
 
 from pipeline.checks import at_least, interval, one_of, positive, within
+from pipeline.grasping.camera_config import CameraConfig, VideoConfig
 from pipeline.planning.config import MotionConfig, TimingConfig
 
 SHAPES = ("sphere", "capsule", "cylinder", "box")
@@ -131,6 +132,7 @@ class GripConfig:
     floor: float = MISSING  # m
     depth: float = MISSING  # m
     tolerance: float = MISSING  # m
+    search_iterations: int = MISSING
     lift: float = MISSING  # m
     release: float = MISSING  # m
 
@@ -143,6 +145,7 @@ class HandConfig:
     speed: float = MISSING  # rad/s or m/s
     ratios: list[float] = MISSING
     preshape: dict[str, float] = field(default_factory=dict)  # rad
+    drive_inertia: float = MISSING  # kg m^2
     friction: float = MISSING
     close_s: float = MISSING  # s
     stall_speed: float = MISSING  # rad/s or m/s
@@ -155,16 +158,7 @@ class HandConfig:
         at_least("grasp.scenes: hand.tension", self.tension, 0)
         at_least("grasp.scenes: hand.speed", self.speed, 0)
         at_least("grasp.scenes: hand.shake", self.shake, 0)
-
-
-@dataclass
-class CameraConfig:
-    """The camera of the videos."""
-
-    target: list[float] = MISSING  # m, base frame
-    distance: float = MISSING  # m
-    yaw: float = MISSING  # deg
-    pitch: float = MISSING  # deg
+        at_least("grasp.scenes: hand.drive_inertia", self.drive_inertia, 0)
 
 
 @dataclass
@@ -183,20 +177,6 @@ class SceneConfig:
         """Refuse a scene with nothing to grasp."""
         if not self.objects:
             raise ValueError("grasp.scenes: objects must name at least one object, got none")
-
-
-@dataclass
-class VideoConfig:
-    """Size and speed of the videos."""
-
-    width: int = MISSING  # pixels
-    height: int = MISSING  # pixels
-    rate: float = MISSING  # Hz, of the simulated time
-
-    def __post_init__(self) -> None:
-        """Refuse pictures without pixels and films without pictures."""
-        for name in ("width", "height", "rate"):
-            positive(f"grasp.recording.{name}", getattr(self, name))
 
 
 @dataclass

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from baselines import Budget
 from pipeline.grasping.config import SceneConfig
 from robots.rotations import rotation_angle
 
@@ -104,8 +105,12 @@ def reach(
     # Seeded by the arm's joints and by its idle ones: the nearest solution may end at a limit.
     poses, lifted = np.tile(poses, (2, 1)), np.tile(lifted, (2, 1))
     seeds = np.repeat([near, robot.home], len(poses) // 2, axis=0)
-    joints = solver.solve(poses, initial=seeds).joints
-    above = solver.solve(lifted, initial=joints).joints
+    budget = None
+    if "iterations" in solver.budgets:
+        # Many candidates are out of reach, and one without a solution would use up all restarts.
+        budget = Budget(iterations=scene.grip.search_iterations)
+    joints = solver.solve(poses, initial=seeds, budget=budget).joints
+    above = solver.solve(lifted, initial=joints, budget=budget).joints
     error = np.maximum(_tip_error(robot, joints, poses), _tip_error(robot, above, lifted))
     cost = np.abs(joints - near).max(axis=1) + LIFT_WEIGHT * np.abs(above - joints).max(axis=1)
     cost += np.tile(np.deg2rad(np.abs(turns - turns[0]).sum(axis=1)), 2)

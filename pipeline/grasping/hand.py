@@ -3,6 +3,10 @@
 A tendon is modelled by what it does at the joints: one tension T pulls all joints of a finger, each
 with the torque T times its pulley's radius. A joint that is blocked saturates at that torque while
 the others go on closing, so the finger wraps around what it meets.
+
+The segments of a finger weigh a few grams, and bodies that light under such a torque are thrown
+through joint limits and things within one step. What keeps a real finger from that is the inertia
+of its drive, seen through the gear; it is added to every segment as `drive_inertia`.
 """
 
 from __future__ import annotations
@@ -11,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pybullet
+from numpy.typing import NDArray
 
 from pipeline.grasping.config import HandConfig
 from pipeline.grasping.errors import GraspError
@@ -76,6 +81,9 @@ class Hand:
                 frictionAnchor=1,
             )
         self.moving = [joint for finger in self.fingers for joint in finger]
+        for joint in self.moving:
+            inertia = np.array(client.getDynamicsInfo(body, joint)[2]) + config.drive_inertia
+            client.changeDynamics(body, joint, localInertiaDiagonal=inertia.tolist())
 
     def reset_open(self) -> None:
         """Start with open fingers; only before the simulation runs."""
@@ -94,22 +102,22 @@ class Hand:
 
     def close(self) -> None:
         """Pull the tendons: joints run towards closed with no more than the tension's torque."""
-        sign = float(np.sign(self.closed - self.open))
         force = self.config.tension * self.pulley
         for finger in self.fingers:
             for joint, ratio in zip(finger, self.config.ratios, strict=False):
                 self.client.setJointMotorControl2(
                     self.body,
                     joint,
-                    pybullet.VELOCITY_CONTROL,
-                    targetVelocity=sign * self.config.speed * ratio,
+                    pybullet.POSITION_CONTROL,
+                    targetPosition=self.closed,
                     force=force,
+                    maxVelocity=self.config.speed * ratio,
                 )
 
-    def speed(self) -> float:
-        """Speed of the fastest finger joint [rad/s or m/s]."""
+    def positions(self) -> NDArray[np.float64]:
+        """Where the finger joints are [rad or m], in the order of `moving`."""
         states = self.client.getJointStates(self.body, self.moving)
-        return float(max(abs(state[1]) for state in states))
+        return np.array([state[0] for state in states])
 
     def touching(self, thing: int) -> set[int]:
         """Links of the hand that touch a body."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pipeline.grasping.config import GraspConfig
 from pipeline.grasping.grip import Reach, reach
+from pipeline.grasping.outcome import Report
 from pipeline.grasping.scene import Scene
 from pipeline.planning.config import MotionConfig
 from pipeline.planning.control import control_points
@@ -22,49 +23,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 RESTING_SPEED = 0.02  # m/s below which a thing counts as lying still
-
-
 SHAKES = 4  # times the hand is shaken at most
 SWING_STEPS = 20  # waypoints of a motion from joints to joints
 
 
 class Stopped(Exception):  # noqa: N818
     """The attempt cannot go on, and why."""
-
-
-@dataclass
-class Report:
-    """What happened in one attempt, from the simulator's state.
-
-    Attributes:
-        motions: Planned motions by name, as they were followed.
-        reach_error: Tip error of the best top grasp [m].
-        pushed: Way the thing moved before the fingers closed [m].
-        tracking_error: Distance of the tip from where it was to be when it had arrived [m].
-        touching: Links of the hand on the thing after closing, after the lift, after the carry.
-        closing_s: Time the fingers took to stall [s].
-        lifted: Whether the thing was off the table and in the hand after the lift.
-        kept: Whether it was still in the hand over the bin.
-        released: Whether the hand was opened over the bin.
-        clinging: Whether it stuck to the open hand all the same.
-        bin: Bin that it lies in at the end.
-        swung: Motions whose path could not be followed, so that the arm swung round by joints.
-        stopped: Why the attempt ended early; empty if it did not.
-    """
-
-    motions: dict[str, Motion] = field(default_factory=dict)
-    reach_error: float = np.nan
-    pushed: float = np.nan
-    tracking_error: float = np.nan
-    touching: list[int] = field(default_factory=list)
-    closing_s: float = np.nan
-    lifted: bool = False
-    kept: bool = False
-    released: bool = False
-    clinging: bool = False
-    bin: str | None = None
-    swung: list[str] = field(default_factory=list)
-    stopped: str = ""
 
 
 def motion_control_points(
@@ -156,19 +120,23 @@ class Primitive:
     def _pick(self, place: Array) -> None:
         """Go to the thing, close the fingers and lift straight up."""
         scene, grip = self.scene, self.grip
+        before = scene.thing_position()
         self._get_ready()
         chosen = self._reach(place, grip.yaws, grip.lift)
         self.report.reach_error = chosen.error
         if chosen.error > grip.tolerance:
             raise Stopped(f"out of reach: best tip error {1e3 * chosen.error:.0f} mm")
-        before = scene.thing_position()
+        scene.mark("ready")
         self.move("approach", chosen.joints, chosen.lifted)
         self.report.pushed = float(np.linalg.norm(scene.thing_position() - before))
         self._track(chosen.pose)
+        scene.mark("at the object")
         self._close()
+        scene.mark("closed")
         self._count_touching()
         rest = scene.thing_position()[2]
         self.move("lift", chosen.lifted)
+        scene.mark("after the lift")
         self._count_touching()
         risen = scene.thing_position()[2] - rest
         self.report.lifted = bool(risen > self.config.lifted and self.report.touching[-1] > 0)
@@ -184,11 +152,13 @@ class Primitive:
         if chosen.error > grip.tolerance:
             raise Stopped(f"the {side} bin is out of reach by {1e3 * chosen.error:.0f} mm")
         self.move("transfer", chosen.joints, chosen.joints)
+        scene.mark("over the bin")
         self._count_touching()
         self.report.kept = self.report.touching[-1] > 0
         scene.hand.let_go()
         self.report.released = True
         scene.wait(scene.config.hand.open_s)
+        scene.mark("let go")
         self._shake_off()
         self._wait_for_rest()
         self.report.clinging = bool(scene.hand.touching(scene.thing))
@@ -237,12 +207,18 @@ class Primitive:
     def _close(self) -> None:
         """Pull until every finger has stalled, or the time is up."""
         scene, hand = self.scene, self.scene.config.hand
-        begin, still = scene.time_s, 0.0
+        begin, opened = scene.time_s, scene.hand.positions()
+        before = opened
         scene.hand.close()
-        while scene.time_s - begin < hand.close_s and still < hand.stall_s:
-            scene.step()
-            still = still + 1.0 / scene.engine.rate if scene.hand.speed() < hand.stall_speed else 0
+        while scene.time_s - begin < hand.close_s:
+            scene.wait(hand.stall_s)
+            now = scene.hand.positions()
+            if np.abs(now - before).max() < hand.stall_speed * hand.stall_s:
+                break
+            before = now
         self.report.closing_s = scene.time_s - begin
+        travel = np.abs(scene.hand.positions() - opened).max()
+        self.report.closing_share = float(travel / abs(scene.hand.closed - scene.hand.open))
 
     def _shake_off(self) -> None:
         """Knead and shake the hand while the thing sticks between its open fingers."""

@@ -16,6 +16,7 @@ from pipeline.grasping.config import BinConfig, EngineConfig, ObjectConfig, Scen
 from pipeline.grasping.errors import GraspError
 from pipeline.grasping.hand import Hand
 from pipeline.grasping.shapes import make_bin, make_object, make_table
+from pipeline.grasping.stiffened import stiffened_urdf
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -37,6 +38,7 @@ class Scene:
         thing: PyBullet's number of the body to grasp.
         time_s: Simulated time [s].
         on_step: Called after every step, for cameras.
+        on_phase: Called with the name of each phase of a trial that has ended, for cameras.
     """
 
     def __init__(
@@ -64,6 +66,7 @@ class Scene:
         self.thing = -1
         self.time_s = 0.0
         self.on_step: Callable[[], None] | None = None
+        self.on_phase: Callable[[str], None] | None = None
 
     def __enter__(self) -> Scene:
         return self
@@ -93,6 +96,11 @@ class Scene:
         for _ in range(round(seconds * self.engine.rate)):
             self.step()
 
+    def mark(self, phase: str) -> None:
+        """Say that a phase of the trial has ended."""
+        if self.on_phase is not None:
+            self.on_phase(phase)
+
     def command(self, joints: Array, velocities: Array | None = None) -> None:
         """Drive the arm towards joint positions with no more than its rated efforts.
 
@@ -115,6 +123,11 @@ class Scene:
         """Where the arm's joints are [rad or m], shape (dof,)."""
         return np.array([state[0] for state in self.client.getJointStates(self.body, self.arm)])
 
+    def tip_position(self) -> Array:
+        """Where the arm's tip is, base frame [m], shape (3,)."""
+        position: Array = self.robot.forward_kinematics(self.joints()[None])[0, :3]
+        return position
+
     def thing_position(self) -> Array:
         """Centre of the thing, base frame [m], shape (3,)."""
         return np.array(self.client.getBasePositionAndOrientation(self.thing)[0])
@@ -133,7 +146,8 @@ class Scene:
 
     def _load_robot(self) -> None:
         robot = self.robot
-        self.body = self.client.loadURDF(str(robot.urdf_path), useFixedBase=True)
+        with stiffened_urdf(robot) as path:
+            self.body = self.client.loadURDF(str(path), useFixedBase=True)
         joints: dict[str, int] = {}
         efforts: dict[int, float] = {}
         for index in range(self.client.getNumJoints(self.body)):
@@ -156,14 +170,14 @@ class Scene:
         self.command(robot.home)
 
     def _pose_body(self, joints: dict[str, int], efforts: dict[int, float]) -> None:
-        """Start at home, every other joint held in its posture."""
+        """Start at home, the joints of the hand at the description's posture."""
         home = dict(zip(self.arm, self.robot.home, strict=True))
         posture = {joints[name]: at for name, at in self.robot.description.posture.items()}
-        for name, index in joints.items():
+        for index in joints.values():
             if self.client.getJointInfo(self.body, index)[2] == pybullet.JOINT_FIXED:
                 continue
             position = home.get(index, posture.get(index, 0.0))
-            self.client.resetJointState(self.body, joints[name], position)
+            self.client.resetJointState(self.body, index, position)
             self.client.setJointMotorControl2(
                 self.body,
                 index,

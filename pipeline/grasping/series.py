@@ -11,7 +11,8 @@ import pandas as pd
 
 from pipeline.data.rows import KeptRows
 from pipeline.grasping.config import GraspConfig
-from pipeline.grasping.trial import CLASSES, run_trial
+from pipeline.grasping.outcome import CLASSES
+from pipeline.grasping.trial import run_trial
 from pipeline.grasping.video import Recorder
 
 if TYPE_CHECKING:
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
     from robots import Robot
 
 KEY = ("trial",)  # what tells one row from another
-STILLS = (4, 2)  # columns and rows of a contact sheet
+FILMED = (".mp4", ".gif", ".png")  # what a film leaves
+STILLS = 4  # columns of a contact sheet
 
 
 @dataclass(frozen=True)
@@ -72,15 +74,16 @@ class Series:
         Returns:
             The videos; beside each lies a contact sheet of stills as PNG.
         """
-        for old in [*folder.glob("trial*_*.mp4"), *folder.glob("trial*_*.png")]:
-            old.unlink()
+        for old in folder.glob("trial*_*"):
+            if old.suffix in FILMED:
+                old.unlink()
         films = []
         for number in self._filmed(rows):
             recorder = Recorder(self.config.recording)
             outcome = str(self.trial(number, recorder)["class"]).lower().replace(" ", "_")
             path = folder / f"trial{number:03d}_{outcome}.mp4"
             recorder.write(path)
-            recorder.stills(*STILLS).save(path.with_suffix(".png"))
+            recorder.stills(STILLS).save(path.with_suffix(".png"))
             films.append(path)
         return films
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from pipeline.grasping.config import GraspConfig, SceneConfig
 from pipeline.grasping.errors import GraspError
 from pipeline.grasping.grip import tip_yaw
-from pipeline.grasping.primitive import Primitive, Report
+from pipeline.grasping.outcome import classify, measures
+from pipeline.grasping.primitive import Primitive
 from pipeline.grasping.scene import Scene
 from pipeline.seeding import derive_seed
 
@@ -20,12 +21,6 @@ if TYPE_CHECKING:
     from baselines import Solver
     from pipeline.grasping.video import Recorder
     from robots import Robot
-
-SUCCESS, SLIPPED, NOT_GRASPED = "Success", "Slipped", "Not Grasped"
-DETECTION, LANGUAGE = "Detection", "LLM"  # classes of the paper that need perception and an agent
-CLASSES = (SUCCESS, SLIPPED, NOT_GRASPED, DETECTION, LANGUAGE)
-
-PUSHED_AWAY = 0.03  # m that a thing moved before the fingers closed, to be the reason of a failure
 
 
 @dataclass(frozen=True)
@@ -160,52 +155,3 @@ def run_trial(
             "wall_s": time.perf_counter() - begin,
         }
     )
-
-
-def classify(report: Report) -> tuple[str, str]:
-    """Class of the paper (section IV-C) and the reason in words.
-
-    Returns:
-        `Success`: lifted and in a bin. `Slipped`: lifted, but lost on the way. `Not Grasped`:
-        not lifted.
-    """
-    if report.lifted:
-        if report.bin is not None:
-            return SUCCESS, f"in the {report.bin} bin"
-        if report.stopped:
-            return SLIPPED, report.stopped
-        if report.clinging:
-            return SLIPPED, "stuck to the open hand"
-        return SLIPPED, "beside the bin" if report.kept else "lost on the way to the bin"
-    if report.stopped:
-        return NOT_GRASPED, report.stopped
-    if report.pushed > PUSHED_AWAY:
-        return NOT_GRASPED, f"moved {1e3 * report.pushed:.0f} mm before the fingers closed"
-    if report.touching and report.touching[0] == 0:
-        return NOT_GRASPED, "the fingers closed on nothing"
-    return NOT_GRASPED, "left behind by the lift"
-
-
-def measures(report: Report) -> dict[str, Any]:
-    """Numbers of a report as columns; a motion that was not made has NaN."""
-    touching = [*report.touching, 0, 0, 0][:3]
-    columns: dict[str, Any] = {
-        "lifted": report.lifted,
-        "bin": report.bin or "",
-        "swung": ",".join(report.swung),
-        "reach_error_mm": 1e3 * report.reach_error,
-        "pushed_mm": 1e3 * report.pushed,
-        "tracking_error_mm": 1e3 * report.tracking_error,
-        "closing_s": report.closing_s,
-        "contacts_closed": touching[0],
-        "contacts_lifted": touching[1],
-        "contacts_carried": touching[2],
-    }
-    for name in ("approach", "lift", "transfer", "homeward"):
-        motion = report.motions.get(name)
-        columns[f"{name}_plan_ms"] = np.nan if motion is None else 1e3 * motion.time_s
-        columns[f"{name}_tip_error_mm"] = (
-            np.nan if motion is None else float(motion.tip_error_mm.max())
-        )
-        columns[f"{name}_flips"] = -1 if motion is None else motion.flips
-    return columns

@@ -1,25 +1,23 @@
-"""Films of trials: rendered on the CPU, written as MP4, with a sheet of stills beside."""
+"""Films of trials: MP4 and GIF, and a sheet with a still of every phase."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import imageio_ffmpeg
 import numpy as np
-import pybullet
-from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
 from pipeline.data.files import replacing
-from pipeline.grasping.config import CameraConfig, VideoConfig
+from pipeline.grasping.camera_config import VideoConfig
+from pipeline.grasping.rendering import Frame, render
 
 if TYPE_CHECKING:
     from pipeline.grasping.scene import Scene
 
-Frame = NDArray[np.uint8]
-FIELD_OF_VIEW = 45.0  # deg
-NEAR, FAR = 0.05, 5.0  # m
+COLOURS_OF_GIF = 96
+CAPTION_HEIGHT = 0.07  # of a still's height, for the letters
 
 
 class Recorder:
@@ -27,12 +25,14 @@ class Recorder:
 
     Attributes:
         frames: Images, each of shape (height, width, 3).
+        phases: Number of the frame at which each phase of the trial ended, and its name.
     """
 
     def __init__(self, config: VideoConfig) -> None:
         """Take size and rate of the video."""
         self.config = config
         self.frames: list[Frame] = []
+        self.phases: list[tuple[int, str]] = []
         self._due = 0.0
 
     def attach(self, scene: Scene) -> None:
@@ -42,63 +42,76 @@ class Recorder:
         def on_step() -> None:
             if scene.time_s >= self._due:
                 self._due += 1.0 / self.config.rate
-                self.frames.append(render(scene.client, scene.config.camera, self.config))
+                self.frames.append(
+                    render(scene.client, scene.config.camera, self.config, scene.tip_position())
+                )
 
-        scene.on_step = on_step
+        def on_phase(name: str) -> None:
+            self.phases.append((len(self.frames) - 1, name))
 
-    def write(self, path: Path) -> None:
-        """Write the frames as MP4 (H.264).
+        scene.on_step, scene.on_phase = on_step, on_phase
+
+    def write(self, path: Path) -> list[Path]:
+        """Write the frames as MP4 (H.264), and as GIF beside it if the configuration wants one.
 
         Args:
-            path: The file, ending in .mp4; it is put in place when it is whole.
+            path: The file, ending in .mp4; each file is put in place when it is whole.
+
+        Returns:
+            What was written.
         """
+        self._encode(path, {"quality": 6})
+        if not self.config.gif_width:
+            return [path]
+        graph = (
+            f"[0:v]fps={self.config.gif_rate:g},scale={self.config.gif_width}:-1:flags=lanczos,"
+            f"split[a][b];[a]palettegen=max_colors={COLOURS_OF_GIF}[p];[b][p]paletteuse=dither=none"
+        )
+        gif = path.with_suffix(".gif")
+        options = {
+            "codec": "gif",
+            "pix_fmt_out": "pal8",
+            "quality": None,
+            "output_params": ["-filter_complex", graph, "-loop", "0"],
+        }
+        self._encode(gif, options)
+        return [path, gif]
+
+    def _encode(self, path: Path, options: dict[str, object]) -> None:
         size = (self.config.width, self.config.height)
         with replacing(path) as partial:
             writer = imageio_ffmpeg.write_frames(
-                str(partial), size, fps=self.config.rate, quality=6, macro_block_size=1
+                str(partial), size, fps=self.config.rate, macro_block_size=1, **options
             )
             writer.send(None)
             for frame in self.frames:
                 writer.send(np.ascontiguousarray(frame))
             writer.close()
 
-    def stills(self, columns: int, rows: int) -> Image.Image:
-        """Evenly spaced frames on one sheet, in reading order."""
-        picks = np.linspace(0, len(self.frames) - 1, columns * rows).round().astype(int)
+    def stills(self, columns: int) -> Image.Image:
+        """The first frame, the one at the end of each phase and the last, on one sheet.
+
+        Args:
+            columns: Stills side by side; there are as many rows as it takes.
+        """
+        picks = [(0, "start"), *self.phases, (len(self.frames) - 1, "end")]
         height, width = self.frames[0].shape[:2]
-        sheet = Image.new("RGB", (columns * width, rows * height))
-        for k, pick in enumerate(picks):
-            place = (k % columns * width, k // columns * height)
-            sheet.paste(Image.fromarray(self.frames[pick]), place)
+        rows = -(-len(picks) // columns)
+        sheet = Image.new("RGB", (columns * width, rows * height), "white")
+        for k, (number, name) in enumerate(picks):
+            still = Image.fromarray(self.frames[max(number, 0)])
+            _caption(still, f"{k + 1}  {name}")
+            sheet.paste(still, (k % columns * width, k // columns * height))
         return sheet
 
 
-def render(client: Any, camera: CameraConfig, size: VideoConfig) -> Frame:
-    """One picture of a scene by the software renderer: no display, no graphics card.
-
-    Args:
-        client: PyBullet client.
-        camera: Where to look from.
-        size: Width and height [pixels].
-
-    Returns:
-        Colours, shape (height, width, 3).
-    """
-    view = pybullet.computeViewMatrixFromYawPitchRoll(
-        camera.target, camera.distance, camera.yaw, camera.pitch, 0.0, 2
-    )
-    projection = pybullet.computeProjectionMatrixFOV(
-        FIELD_OF_VIEW, size.width / size.height, NEAR, FAR
-    )
-    image = client.getCameraImage(
-        size.width,
-        size.height,
-        view,
-        projection,
-        lightDirection=[1.0, -0.6, 2.0],
-        shadow=1,
-        renderer=pybullet.ER_TINY_RENDERER,
-        flags=pybullet.ER_NO_SEGMENTATION_MASK,
-    )
-    colours = np.reshape(np.asarray(image[2], dtype=np.uint8), (size.height, size.width, 4))
-    return np.ascontiguousarray(colours[:, :, :3])
+def _caption(still: Image.Image, text: str) -> None:
+    """Write what a still shows at its upper right corner."""
+    size = CAPTION_HEIGHT * still.height
+    draw = ImageDraw.Draw(still)
+    font = ImageFont.load_default(size)
+    left, top, right, bottom = draw.textbbox((0, 0), text, font=font)
+    pad = 0.3 * size
+    right_edge = still.width - (right - left) - 2 * pad
+    draw.rectangle((right_edge, 0, still.width, bottom - top + 2 * pad), fill=(40, 44, 52))
+    draw.text((right_edge + pad - left, pad - top), text, font=font, fill="white")

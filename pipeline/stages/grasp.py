@@ -11,8 +11,9 @@ from pipeline.data.files import write_json
 from pipeline.data.rows import KeptRows
 from pipeline.data.tables import write_table
 from pipeline.evaluation.identity import solver_identity
+from pipeline.grasping.outcome import SUCCESS
 from pipeline.grasping.series import KEY, Series
-from pipeline.grasping.trial import SUCCESS, required_scene
+from pipeline.grasping.trial import required_scene
 from pipeline.progress import bar
 from pipeline.settings import Config
 from pipeline.solvers import check_solvers

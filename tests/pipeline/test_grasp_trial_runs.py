@@ -9,7 +9,8 @@ import pytest
 import baselines
 from pipeline.config import compose
 from pipeline.grasping import scene as scene_module
-from pipeline.grasping.trial import NOT_GRASPED, SLIPPED, SUCCESS, run_trial
+from pipeline.grasping.outcome import NOT_GRASPED, SLIPPED, SUCCESS
+from pipeline.grasping.trial import run_trial
 from robots import load_robot
 
 CONFIG = compose(["profile=smoke"]).grasp

@@ -24,7 +24,7 @@ class Film:
     def write(self, path: Path) -> None:
         path.write_text("film")
 
-    def stills(self, columns: int, rows: int) -> Film:
+    def stills(self, columns: int) -> Film:
         return self
 
     save = write
@@ -41,7 +41,12 @@ def series(monkeypatch: pytest.MonkeyPatch) -> Series:
 
 
 def test_films_of_an_earlier_run_are_removed(series: Series, tmp_path: Path) -> None:
-    for name in ("trial000_slipped.mp4", "trial007_success.png", "mine.png"):
+    for name in (
+        "trial000_slipped.mp4",
+        "trial003_slipped.gif",
+        "trial007_success.png",
+        "mine.png",
+    ):
         (tmp_path / name).write_text("old")
     series.film(pd.DataFrame({"trial": [0], "class": ["Success"]}), tmp_path)
     names = sorted(path.name for path in tmp_path.iterdir())

@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 from pipeline.config import compose
 from pipeline.grasping.errors import GraspError
 from pipeline.grasping.grip import tip_pose, tip_yaw
-from pipeline.grasping.primitive import Report
-from pipeline.grasping.trial import NOT_GRASPED, SLIPPED, SUCCESS, classify, trial_setup
+from pipeline.grasping.outcome import NOT_GRASPED, SLIPPED, SUCCESS, Report, classify
+from pipeline.grasping.trial import trial_setup
 
 GRASP = compose(["profile=smoke"]).grasp
 
