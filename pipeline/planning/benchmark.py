@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 import baselines
 from pipeline.data.rows import KeptRows
-from pipeline.planning.config import PlanConfig
+from pipeline.planning.config import MotionConfig, PlanConfig
 from pipeline.planning.continuity import branch_flips, joint_steps, kernel_options
 from pipeline.planning.control import control_points
-from pipeline.planning.motion import Motion, plan_motion
+from pipeline.planning.motion import Motion, plan_motion, tip_path
 from pipeline.planning.reach import judge_path
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 MS_PER_S = 1e3
 KEY = ("solver", "pair")  # what tells one row from another
 VERDICT = ("in_reach", "continuous")  # columns of a row that depend on its pair alone
+SHOWN = 100  # pairs that are looked at for one to draw
 LIMIT_SLACK = 1e-6  # rad or m; rounding
 
 
@@ -53,11 +54,36 @@ def plan_pair(
     robot: Robot, solver: Solver, pair: Pair, config: PlanConfig, repair: Solver | None
 ) -> Motion:
     """Plan one motion with the control points that ``config.motion`` places."""
+    return plan_by_rule(robot, solver, pair, config.motion, repair)
+
+
+def plan_by_rule(
+    robot: Robot, solver: Solver, pair: Pair, rule: MotionConfig, repair: Solver | None
+) -> Motion:
+    """Plan one motion with the control points that a rule places; the branch is free."""
     start_pose = robot.forward_kinematics(pair.start)[0]
-    inner = control_points(start_pose, pair.target, config.motion)
+    inner = control_points(start_pose, pair.target, rule)
     return plan_motion(
-        robot, solver, start_pose, pair.target, inner, steps=config.motion.steps, repair=repair
+        robot, solver, start_pose, pair.target, inner, steps=rule.steps, repair=repair
     )
+
+
+def shown_pair(robot: Robot, pairs: list[Pair], rule: MotionConfig) -> Pair:
+    """Choose the first pair whose path can be followed with a rule's control points, for figures.
+
+    Args:
+        robot: The robot.
+        pairs: Pairs, at least one; the first of them where no path can be followed.
+        rule: Places the control points.
+    """
+    options = kernel_options(baselines.load("lm", robot))
+    assert options is not None
+    for pair in pairs[:SHOWN]:
+        start = robot.forward_kinematics(pair.start)[0]
+        inner = control_points(start, pair.target, rule)
+        if judge_path(robot, tip_path(start, pair.target, inner, rule.steps), options).continuous:
+            return pair
+    return pairs[0]
 
 
 def shortened(solver: Solver, time_s: float) -> Solver:

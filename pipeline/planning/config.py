@@ -58,6 +58,7 @@ class PlanConfig:
     repair: str | None = None
     time_s: float = MISSING  # s per waypoint
     motion: MotionConfig = field(default_factory=MotionConfig)
+    figure: MotionConfig = field(default_factory=MotionConfig)
     timing: TimingConfig = field(default_factory=TimingConfig)
 
     def __post_init__(self) -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from pipeline.planning.benchmark import Pair
 from pipeline.planning.config import PlanConfig
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from robots import Robot
 
 DPI = 150
+FLATTEST = 0.4  # smallest side of the box around a path, of the largest
 
 
 def write_figures(
@@ -29,12 +31,12 @@ def write_figures(
     Args:
         robot: The robot.
         pair: Start joints and target pose.
-        motions: What each solver planned for it.
+        motions: What each solver planned for it with the control points of `config.figure`.
         config: Places the control points.
         folder: Where the figures go.
     """
     start = robot.forward_kinematics(pair.start)[0]
-    inner = control_points(start, pair.target, config.motion)
+    inner = control_points(start, pair.target, config.figure)
     polygon = np.vstack((start[:3], inner, pair.target[:3]))
     with styled():
         save(_path_figure(robot, polygon, motions), folder, "path", DPI)
@@ -49,13 +51,27 @@ def _path_figure(robot: Robot, polygon: np.ndarray, motions: Mapping[str, Motion
     axes.plot(*polygon.T, "k--o", linewidth=0.8, markersize=4, label="control polygon")
     style = looks(motions)
     for name, motion in motions.items():
-        reached = robot.forward_kinematics(motion.joints)
         look = style[name]
+        reached = robot.forward_kinematics(motion.joints)
         axes.plot(*reached[:, :3].T, linestyle=look.line, color=look.colour, label=name)
-    axes.set(xlabel="x, m", ylabel="y, m", zlabel="z, m", title=f"Tip path of {robot.name}")
-    axes.set_aspect("equal")
-    axes.legend(loc="upper left")
+        answered = robot.forward_kinematics(motion.answers)
+        axes.plot(*answered[:, :3].T, ".", color=look.colour, markersize=3, alpha=0.6)
+    axes.set(xlabel="x, m", ylabel="y, m", zlabel="z, m")
+    axes.set_title(f"Tip path of {robot.name}; dots: the query before repair", fontsize=9)
+    _frame(axes, np.vstack([wanted[:, :3], polygon]))
+    axes.legend(loc="upper left", fontsize=7)
     return figure
+
+
+def _frame(axes: Any, points: np.ndarray) -> None:
+    """Show points in a box of true proportions that is nowhere so flat that its ticks overlap."""
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    half = 0.55 * np.ptp(points, axis=0)
+    half = np.maximum(half, FLATTEST * half.max())
+    for axis, centre, reach in zip("xyz", middle, half, strict=True):
+        getattr(axes, f"set_{axis}lim")(centre - reach, centre + reach)
+        getattr(axes, f"{axis}axis").set_major_locator(MaxNLocator(4))
+    axes.set_box_aspect(tuple(half), zoom=0.85)  # room for the labels
 
 
 def _joint_figure(robot: Robot, motions: Mapping[str, Motion]) -> Figure:

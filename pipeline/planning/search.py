@@ -50,7 +50,7 @@ class Effort:
 
 # What a plan may cost that nothing cheaper could mend, and what tells whether any plan could do it.
 QUICK = Effort(origins=5, seeds=128, samples=128, copies=4, share=0.05, size=0.15, gap=0.1)
-EXHAUSTIVE = Effort(origins=9, seeds=400, samples=400, copies=4, share=0.05, size=0.15, gap=0.1)
+EXHAUSTIVE = Effort(origins=17, seeds=400, samples=400, copies=4, share=0.05, size=0.15, gap=0.1)
 
 
 def solutions(robot: Robot, pose: Array, options: LmOptions, effort: Effort) -> Array:

@@ -11,7 +11,14 @@ from pipeline.data.files import write_json
 from pipeline.data.rows import KeptRows
 from pipeline.data.tables import write_table
 from pipeline.evaluation.identity import solver_identity
-from pipeline.planning.benchmark import KEY, benchmark, plan_pair, random_pairs, shortened
+from pipeline.planning.benchmark import (
+    KEY,
+    benchmark,
+    plan_by_rule,
+    random_pairs,
+    shortened,
+    shown_pair,
+)
 from pipeline.planning.figures import write_figures
 from pipeline.progress import bar
 from pipeline.seeding import derive_seed
@@ -43,9 +50,9 @@ def run(config: Config) -> list[Path]:
     with exclusive(folder), bar(total, "plan", f"plan {robot.name}") as shown:
         kept = KeptRows(path, KEY)
         rows = benchmark(robot, solvers, config.plan, seed, kept, repair, shown.update)
-        pair = random_pairs(robot, config.plan.pairs, seed)[0]
+        pair = shown_pair(robot, random_pairs(robot, config.plan.pairs, seed), config.plan.figure)
         motions = {
-            name: plan_pair(robot, solver, pair, config.plan, repair)
+            name: plan_by_rule(robot, solver, pair, config.plan.figure, repair)
             for name, solver in solvers.items()
         }
         write_figures(robot, pair, motions, config.plan, folder)
