@@ -14,6 +14,7 @@ from pipeline.seeding import derive_seed
 from pipeline.settings import TrainConfig
 from robots import Robot
 
+ERRORS_BATCH = 4096
 UNIFORM_VARIANCE = 1 / 12  # of a number that is uniform in [0, 1)
 
 
@@ -58,8 +59,10 @@ class NullSpaceObjective:
     @torch.no_grad()
     def errors(self, poses: Tensor) -> tuple[Tensor, Tensor]:
         """Return errors (N,) in mm and deg of one answer to each of poses (N, 7)."""
-        answers = self.network.answers(poses, self._noise(poses, "errors", 0))
-        position, rotation = self.kinematics(answers)
+        noise = self._noise(poses, "errors", 0)
+        parts = zip(poses.split(ERRORS_BATCH), noise.split(ERRORS_BATCH), strict=True)
+        answers = [self.network.answers(*part) for part in parts]
+        position, rotation = self.kinematics(torch.cat(answers))
         quaternion = quaternion_from_matrix(rotation)
         return (
             position_error_mm(position, poses[:, :3]),
