@@ -59,6 +59,10 @@ class Artifacts:
         """Folder of the grasp trials of a robot."""
         return self.root / "grasp" / robot
 
+    def grasp_study(self, robot: str) -> Path:
+        """Folder of the studies of a robot's grasps, one table a study."""
+        return self.root / "grasp_study" / robot
+
     def checkpoint(self, robot: str, model: str) -> Path:
         """State of a training that has not ended; outside the artifact, so it outlives a rerun."""
         return self.root / "checkpoint" / f"{robot}-{model}.safetensors"

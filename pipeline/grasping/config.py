@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from omegaconf import MISSING
 
@@ -12,6 +13,7 @@ from pipeline.planning.config import MotionConfig, TimingConfig
 
 SHAPES = ("sphere", "capsule", "cylinder", "box")
 VIDEOS = ("none", "first", "classes", "all")
+AXES = ("solver", "position_error", "tension_scale", "friction_scale", "rate", "iterations")
 MOTIONS = ("approach", "lift", "transfer", "homeward")
 
 
@@ -180,6 +182,22 @@ class SceneConfig:
 
 
 @dataclass
+class AblationConfig:
+    """A study: the same trials for every combination of some settings' values."""
+
+    study: str = MISSING
+    vary: dict[str, list[Any]] = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse settings that cannot be varied, and axes without values."""
+        if isinstance(self.vary, dict):
+            for name, values in self.vary.items():
+                one_of("grasp.ablation.vary", name, AXES)
+                if not values:
+                    raise ValueError(f"grasp.ablation.vary.{name} needs at least one value")
+
+
+@dataclass
 class GraspConfig:
     """The grasp experiment."""
 
@@ -189,7 +207,10 @@ class GraspConfig:
     gui: bool = MISSING
     video: str = MISSING
     position_error: float = MISSING  # m
+    tension_scale: float = MISSING
+    friction_scale: float = MISSING
     lifted: float = MISSING  # m
+    ablation: AblationConfig | None = None
     engine: EngineConfig = field(default_factory=EngineConfig)
     timing: TimingConfig = field(default_factory=TimingConfig)
     motions: dict[str, MotionConfig] = MISSING
@@ -200,7 +221,8 @@ class GraspConfig:
     def __post_init__(self) -> None:
         """Refuse an experiment without trials, unknown objects and missing motions."""
         positive("grasp.trials", self.trials)
-        at_least("grasp.position_error", self.position_error, 0)
+        for name in ("position_error", "tension_scale", "friction_scale"):
+            at_least(f"grasp.{name}", getattr(self, name), 0)
         one_of("grasp.video", self.video, VIDEOS)
         if isinstance(self.motions, dict) and set(self.motions) != set(MOTIONS):
             raise ValueError(f"grasp.motions must be {', '.join(MOTIONS)}, got {[*self.motions]}")

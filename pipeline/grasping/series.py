@@ -77,15 +77,16 @@ class Series:
         for old in folder.glob("trial*_*"):
             if old.suffix in FILMED:
                 old.unlink()
-        films = []
-        for number in self._filmed(rows):
-            recorder = Recorder(self.config.recording)
-            outcome = str(self.trial(number, recorder)["class"]).lower().replace(" ", "_")
-            path = folder / f"trial{number:03d}_{outcome}.mp4"
-            recorder.write(path)
-            recorder.stills(STILLS).save(path.with_suffix(".png"))
-            films.append(path)
-        return films
+        return [self.film_trial(number, folder) for number in self._filmed(rows)]
+
+    def film_trial(self, number: int, folder: Path, prefix: str = "") -> Path:
+        """Run one trial with the camera on; stills and a GIF lie beside the MP4 it returns."""
+        recorder = Recorder(self.config.recording)
+        outcome = str(self.trial(number, recorder)["class"]).lower().replace(" ", "_")
+        path = folder / f"{prefix}trial{number:03d}_{outcome}.mp4"
+        recorder.write(path)
+        recorder.stills(STILLS).save(path.with_suffix(".png"))
+        return path
 
     def _filmed(self, rows: pd.DataFrame) -> list[int]:
         if self.config.video == "all":

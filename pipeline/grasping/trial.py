@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -78,7 +78,7 @@ def trial_setup(config: GraspConfig, robot: str, number: int, seed: int) -> Setu
 
 
 def required_scene(config: GraspConfig, robot: str) -> SceneConfig:
-    """The scene of a robot.
+    """The scene of a robot, its hand as strong and as rough as the experiment wants it.
 
     Raises:
         GraspError: If there is none.
@@ -88,7 +88,13 @@ def required_scene(config: GraspConfig, robot: str) -> SceneConfig:
             f"there is no grasp scene for robot '{robot}'; there are {', '.join(config.scenes)}. "
             "Add one to conf/grasp/scene and its line to conf/grasp/default.yaml"
         )
-    return config.scenes[robot]
+    scene = config.scenes[robot]
+    hand = replace(
+        scene.hand,
+        tension=config.tension_scale * scene.hand.tension,
+        friction=config.friction_scale * scene.hand.friction,
+    )
+    return replace(scene, hand=hand)
 
 
 def run_trial(
@@ -144,6 +150,10 @@ def run_trial(
         "y_m": setup.place[1],
         "yaw_rad": setup.yaw,
         "position_error_mm": 1e3 * config.position_error,
+        "tension_scale": config.tension_scale,
+        "friction_scale": config.friction_scale,
+        "rate_hz": config.engine.rate,
+        "iterations": config.engine.iterations,
         "class": outcome,
         "reason": reason,
     }

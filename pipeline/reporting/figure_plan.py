@@ -10,10 +10,12 @@ from matplotlib.figure import Figure
 from pipeline.reporting import figures_benchmark as benchmark
 from pipeline.reporting import figures_comparison as comparison
 from pipeline.reporting import figures_experiment as experiment
+from pipeline.reporting import figures_grasps as grasps
 from pipeline.reporting.losses import contests, losses_figure, verdict
 from pipeline.reporting.material import Material
 from pipeline.reporting.page import Illustration
 from pipeline.reporting.style import save, styled
+from pipeline.reporting.tables_grasps import with_places
 
 MAPPED = "cycleik"  # the solver whose precision is shown over the workspace
 
@@ -95,4 +97,18 @@ def planned(material: Material) -> Iterator[tuple[str, str, Callable[[], Figure]
             "Figure 5 of the paper: outcomes of grasp trials, with Wilson intervals. The paper's "
             "trials ran on hardware, with detector and language model.",
             lambda: experiment.grasp_outcomes(results.grasp, published, config),
+        )
+    if placed := with_places(results.grasp):
+        yield (
+            "grasp_places",
+            "Where the object of each trial lay, seen from above with the robot below, and what "
+            "came of it; success by object with Wilson intervals.",
+            lambda: grasps.grasp_places(placed, config),
+        )
+    if results.grasp_studies:
+        yield (
+            "grasp_studies",
+            "The same trials with one or two settings varied: success with Wilson intervals, or "
+            "in per cent on a map.",
+            lambda: grasps.grasp_studies(results.grasp_studies, config),
         )

@@ -19,6 +19,7 @@ from pipeline.reporting.summary import summarise
 from pipeline.reporting.table import Table
 from pipeline.reporting.tables_benchmark import neural_comparison, numerical_comparison
 from pipeline.reporting.tables_experiments import constraints, solutions
+from pipeline.reporting.tables_grasps import grasp_objects, grasp_studies
 from pipeline.reporting.tables_seeds import neural_seeds
 from pipeline.reporting.tables_solvers import comparisons, precision, timing
 from pipeline.reporting.tables_training import datasets, hyperparameters, training
@@ -79,6 +80,8 @@ def make_tables(material: Material) -> list[Table]:
         solutions(results),
         planner(results, published),
         grasping(results, published, material.config),
+        grasp_objects(results, material.config),
+        grasp_studies(results, material.config),
     ]
     return [table for table in made if table.rows]
 

@@ -22,7 +22,8 @@ SMOKE = "smoke"  # the profile whose networks see a few hundred steps
 SEEDED = "seeded_by_"  # folders of rows that started from another solver's answers
 JOINT = re.compile(r"q\d+")
 STAGES = ("dataset", "tune", "train", "evaluate", "plan", "grasp")
-EXPERIMENTS = ("sample",)  # stages on demand: nothing is missing where they did not run
+# Made on demand: nothing is missing where they did not run.
+EXPERIMENTS = ("sample", "grasp_study")
 
 
 @dataclass
@@ -41,6 +42,7 @@ class Results:
         swept: Trainings of sweeps below this folder.
         plan: Raw rows of the planner benchmark, by robot.
         grasp: Trials, by robot.
+        grasp_studies: Trials of the studies of grasps, by (robot, study).
         media: Pictures and videos of a stage, by (stage, robot).
         notes: What is missing or could not be read, one sentence each.
     """
@@ -58,6 +60,7 @@ class Results:
     swept: list[SweptRun] = field(default_factory=list)
     plan: dict[str, pd.DataFrame] = field(default_factory=dict)
     grasp: dict[str, pd.DataFrame] = field(default_factory=dict)
+    grasp_studies: dict[tuple[str, str], pd.DataFrame] = field(default_factory=dict)
     media: dict[tuple[str, str], list[Path]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
@@ -96,6 +99,7 @@ def read_results(folder: Path, profile: str = "") -> Results:
         for place in robots:
             READERS[stage](results, place)
             media = [p for p in _files(place, "**/*") if p.suffix in PICTURES + VIDEOS]
+            media = [p for p in media if p.suffix != ".gif" or p.with_suffix(".mp4") not in media]
             if media:
                 results.media[stage, place.name] = media
     profiles = {profile, folder.name, *(f.get("profile") for f in results.evaluated.values())}
@@ -170,6 +174,13 @@ def _read_grasp(results: Results, place: Path) -> None:
         results.grasp[place.name] = trials
 
 
+def _read_grasp_study(results: Results, place: Path) -> None:
+    for path in _files(place, "*.parquet"):
+        rows = _try(results, path, read_table)
+        if rows is not None and len(rows):
+            results.grasp_studies[place.name, path.stem] = rows
+
+
 READERS: dict[str, Callable[[Results, Path], None]] = {
     "dataset": _read_dataset,
     "tune": _read_tune,
@@ -178,6 +189,7 @@ READERS: dict[str, Callable[[Results, Path], None]] = {
     "sample": _read_sample,
     "plan": _read_plan,
     "grasp": _read_grasp,
+    "grasp_study": _read_grasp_study,
 }
 
 

@@ -184,7 +184,14 @@ def _write_plan(root, robot):
 def _write_grasp(root, robot):
     classes = ["Success"] * 17 + ["Slipped"] * 2 + ["Not Grasped"]
     trials = pd.DataFrame({"trial": range(20), "robot": robot, "class": classes})
+    trials["object"] = [("pear", "soup_can")[k % 2] for k in range(20)]
+    trials["row"], trials["approach_plan_ms"] = trials.trial // 5, 1.0
+    trials["x_m"], trials["y_m"] = 0.3 + 0.05 * trials.row, 0.1 * (trials.trial % 5) - 0.2
     write_table(root / "grasp" / robot / "trials.parquet", trials, {})
+    for study, axes in (("solver", "solver"), ("grip", "friction_scale,tension_scale")):
+        rows = trials.assign(study=study, axes=axes, solver="lm")
+        rows["friction_scale"], rows["tension_scale"] = 0.5 + rows.trial % 2, 1.0 + rows.row % 2
+        write_table(root / "grasp_study" / robot / f"{study}.parquet", rows, {})
 
 
 def _write_tune(root, robot):

@@ -1,0 +1,109 @@
+"""Studies of what a grasp depends on: the same trials again, with one or two settings varied."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from pipeline.data.rows import KeptRows
+from pipeline.grasping.config import GraspConfig
+from pipeline.grasping.outcome import CLASSES
+from pipeline.grasping.series import Series
+
+if TYPE_CHECKING:
+    from baselines import Solver
+
+KEY = ("variant", "trial")  # what tells one row of a study from another
+ENGINE = ("rate", "iterations")  # settings that are the engine's
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study of one robot.
+
+    Attributes:
+        series: The trials with the settings that are not varied.
+        solver_of: Loads a solver by its name.
+    """
+
+    series: Series
+    solver_of: Callable[[str], Solver]
+
+    @property
+    def trials(self) -> int:
+        """Trials of all variants together."""
+        return len(list(variants(self.series.config))) * self.series.config.trials
+
+    def run(self, kept: KeptRows, progress: Callable[[dict[str, Any]], object]) -> pd.DataFrame:
+        """Run every variant on the same trials, those that are kept left out.
+
+        Args:
+            kept: Finished trials by `KEY`; a killed study goes on after the last of them.
+            progress: Called with each row, also with those that were kept.
+
+        Returns:
+            One raw row a variant and trial: that of the trial, and the study and variant it is of.
+        """
+        rows = []
+        for variant, values in enumerate(variants(self.series.config)):
+            series = None
+            for number in range(self.series.config.trials):
+                row = kept.get(variant, number)
+                if row is None:
+                    series = series or self.varied(values)
+                    row = {"study": self._name, "axes": ",".join(values), "variant": variant}
+                    row |= series.trial(number)
+                    kept.put(row)
+                rows.append(row)
+                progress(row)
+        return pd.DataFrame(rows)
+
+    def varied(self, values: dict[str, Any]) -> Series:
+        """The trials with some settings changed."""
+        config = changed(self.series.config, values)
+        solver = self.solver_of(config.solver) if "solver" in values else self.series.solver
+        return replace(self.series, config=config, solver=solver)
+
+    def film(self, rows: pd.DataFrame, folder: Path) -> list[Path]:
+        """Film the first trial of each class of outcome, if the configuration asks for classes."""
+        if self.series.config.video != "classes":
+            return []
+        settings = list(variants(self.series.config))
+        films = []
+        for name in CLASSES:
+            for row in rows[rows["class"] == name].head(1).to_dict("records"):
+                series = self.varied(settings[row["variant"]])
+                films.append(series.film_trial(int(row["trial"]), folder, f"{self._name}_"))
+        return films
+
+    @property
+    def _name(self) -> str:
+        ablation = self.series.config.ablation
+        assert ablation is not None
+        return ablation.study
+
+
+def variants(config: GraspConfig) -> Iterator[dict[str, Any]]:
+    """Every combination of the values that a study varies, in order; none without a study."""
+    if config.ablation is None:
+        return
+    axes = config.ablation.vary
+    for values in product(*axes.values()):
+        yield dict(zip(axes, values, strict=True))
+
+
+def changed(config: GraspConfig, values: dict[str, Any]) -> GraspConfig:
+    """The experiment with some settings changed.
+
+    Raises:
+        ValueError: A value that the setting cannot have.
+    """
+    engine = {name: value for name, value in values.items() if name in ENGINE}
+    others = {name: value for name, value in values.items() if name not in ENGINE}
+    timing = replace(config.timing, rate=engine["rate"]) if "rate" in engine else config.timing
+    return replace(config, engine=replace(config.engine, **engine), timing=timing, **others)
