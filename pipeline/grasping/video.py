@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -77,7 +78,7 @@ class Recorder:
         self._encode(gif, options)
         return [path, gif]
 
-    def _encode(self, path: Path, options: dict[str, object]) -> None:
+    def _encode(self, path: Path, options: Mapping[str, object]) -> None:
         size = (self.config.width, self.config.height)
         with replacing(path) as partial:
             writer = imageio_ffmpeg.write_frames(

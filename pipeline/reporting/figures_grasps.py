@@ -18,6 +18,7 @@ from pipeline.reporting.style import (
     legend_below,
     panels,
 )
+from pipeline.reporting.table import Cell
 from pipeline.reporting.tables_grasps import AXES, study_axes, success_cells
 
 CLASSES = tuple(OUTCOMES.values())
@@ -34,8 +35,8 @@ def grasp_places(grasps: Mapping[str, pd.DataFrame], config: ReportConfig) -> Fi
         for name, colour in zip(CLASSES, COLOURS, strict=True):
             part = trials[trials["class"] == name]
             if len(part):
-                style = {"s": 22, "marker": "o" if name == CLASSES[0] else "X", "linewidths": 0}
-                plane.scatter(part["y_m"], part["x_m"], color=colour, label=name, **style)
+                marker = "o" if name == CLASSES[0] else "X"
+                plane.plot(part["y_m"], part["x_m"], marker, color=colour, label=name)
         plane.invert_xaxis()  # the robot looks up: its left is on the left
         plane.set(title=robot_title(robot), xlabel="y [m]", ylabel="x, away from the robot [m]")
         _by_object(bars, trials, config)
@@ -83,11 +84,10 @@ def _points(axis: Axes, rows: pd.DataFrame, varied: str, config: ReportConfig) -
     axis.set_ylim(0, 104)
 
 
-def _whiskers(axis: Axes, places: np.ndarray, cells: list[dict]) -> None:  # type: ignore[type-arg]
+def _whiskers(axis: Axes, places: np.ndarray, cells: list[dict[str, Cell]]) -> None:
     """Shares with their Wilson intervals."""
-    shares = np.array(
-        [[100.0 * cell[name] for name in ("share", "share_low", "share_high")] for cell in cells]
-    )
+    names = ("share", "share_low", "share_high")
+    shares = 100.0 * np.array([[cell[name] for name in names] for cell in cells], dtype=np.float64)
     reach = np.clip([shares[:, 0] - shares[:, 1], shares[:, 2] - shares[:, 0]], 0.0, None)
     axis.errorbar(places, shares[:, 0], yerr=reach, fmt="o", color=LOOKS[0].colour, ecolor=SOFT,
                   capsize=3, markersize=5)  # fmt: skip
