@@ -5,7 +5,8 @@ target [m] and the rotation vector [rad], and λ follows the squared error (Sugi
 "Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method", IEEE Transactions
 on Robotics 2011). A joint at its limit whose step points outward is frozen and the step is solved
 again (Nocedal and Wright, "Numerical Optimization", section 16.5). A descent whose squared error
-has not halved within `patience` iterations is given up: the next seed follows, then random ones.
+has not halved within `patience` iterations is given up: the next seed follows, then remembered
+configurations near the target if there is a memory, then random ones.
 
 Every random number depends on the target alone, so that a row of the result does not depend on
 the batch around it, its order or the number of threads.
@@ -29,6 +30,7 @@ from baselines.linearise import (
     find_jacobian,
     new_linearisation,
 )
+from baselines.memory import find_distances, take_nearest
 
 Array = NDArray[np.float64]
 
@@ -70,10 +72,11 @@ class _Scratch(NamedTuple):
     free: NDArray[np.bool_]
     q: Array
     timespec: NDArray[np.int64]
+    distances: NDArray[np.float32]
 
 
 @njit(cache=True)
-def _scratch(joints, dof):  # type: ignore[no-untyped-def]
+def _scratch(joints, dof, memory):  # type: ignore[no-untyped-def]
     return _Scratch(
         new_linearisation(joints, dof),
         np.empty(6),
@@ -81,6 +84,7 @@ def _scratch(joints, dof):  # type: ignore[no-untyped-def]
         np.empty(dof, dtype=np.bool_),
         np.empty(dof),
         np.empty(2, dtype=np.int64),
+        np.empty(memory.joints.shape[0], dtype=np.float32),
     )
 
 
@@ -112,19 +116,27 @@ def _step(chain, s, damping, freezes):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _start(chain, seeds, key, attempt, q):  # type: ignore[no-untyped-def]
-    """The `attempt`-th configuration to start from: the seeds in order, then random ones."""
-    count, dof = seeds.shape[0], q.shape[0]
+def _start(chain, pose, seeds, memory, key, attempt, s):  # type: ignore[no-untyped-def]
+    """The `attempt`-th start: the seeds in order, then near remembered ones, then random ones."""
+    seeded = seeds.shape[0]
+    known = seeded + memory.neighbours
+    dof = s.q.shape[0]
+    nearest = 0
+    if seeded <= attempt < known:
+        if attempt == seeded:
+            find_distances(memory, pose, s.at.goal, s.distances)
+        nearest = take_nearest(s.distances)
     for k in range(dof):
-        if attempt < count:
-            q[k] = min(max(seeds[attempt, k], chain.lower[k]), chain.upper[k])
+        if attempt < known:
+            value = seeds[attempt, k] if attempt < seeded else memory.joints[nearest, k]
+            s.q[k] = min(max(value, chain.lower[k]), chain.upper[k])
         else:
-            share = uniform(key, (attempt - count) * dof + k)
-            q[k] = chain.lower[k] + share * (chain.upper[k] - chain.lower[k])
+            share = uniform(key, (attempt - known) * dof + k)
+            s.q[k] = chain.lower[k] + share * (chain.upper[k] - chain.lower[k])
 
 
 @njit(cache=True)
-def _refine_one(chain, pose, seeds, options, s, best):  # type: ignore[no-untyped-def]
+def _refine_one(chain, pose, seeds, memory, options, s, best):  # type: ignore[no-untyped-def]
     """Solve one pose; writes the best joints and returns (status, iterations, starts)."""
     started = now_ns(s.timespec) if options.time_ns > 0 else 0
     position2 = options.position_tolerance_m**2
@@ -134,7 +146,7 @@ def _refine_one(chain, pose, seeds, options, s, best):  # type: ignore[no-untype
     least = np.inf
     iterations = 0
     for attempt in range(options.starts):
-        _start(chain, seeds, key, attempt, s.q)
+        _start(chain, pose, seeds, memory, key, attempt, s)
         since, reference = 0, np.inf
         while True:
             find_frames(chain, s.q, s.at)
@@ -168,20 +180,22 @@ def _refine_one(chain, pose, seeds, options, s, best):  # type: ignore[no-untype
 
 
 @njit(cache=True)
-def refine_rows(chain, poses, seeds, options, joints, status, iterations, starts, time_ns):  # type: ignore[no-untyped-def]
+def refine_rows(  # type: ignore[no-untyped-def]
+    chain, poses, seeds, memory, options, joints, status, iterations, starts, time_ns
+):
     """Solve a batch on one thread."""
-    s = _scratch(chain.prismatic.shape[0], joints.shape[1])
+    s = _scratch(chain.prismatic.shape[0], joints.shape[1], memory)
     for row in range(poses.shape[0]):
         began = now_ns(s.timespec)
         status[row], iterations[row], starts[row] = _refine_one(
-            chain, poses[row], seeds[row], options, s, joints[row]
+            chain, poses[row], seeds[row], memory, options, s, joints[row]
         )
         time_ns[row] = now_ns(s.timespec) - began
 
 
 @njit(cache=True, parallel=True)
 def refine_rows_parallel(  # type: ignore[no-untyped-def]
-    chain, poses, seeds, options, joints, status, iterations, starts, time_ns
+    chain, poses, seeds, memory, options, joints, status, iterations, starts, time_ns
 ):
     """Compute `refine_rows` on all threads of numba; the same joints, bitwise."""
     block = 16
@@ -191,6 +205,7 @@ def refine_rows_parallel(  # type: ignore[no-untyped-def]
             chain,
             poses[r],
             seeds[r],
+            memory,
             options,
             joints[r],
             status[r],

@@ -12,9 +12,12 @@ import baselines
 from baselines import Budget, Solution
 from baselines.checks import check_initial, check_poses
 from baselines.lm import LevenbergMarquardt
+from baselines.memory import remember
 from baselines.refine import refine
 from pipeline.learning.solver import CycleIk
 from robots import Robot
+
+MEMORY_SEED = 0  # one solver is one function of its settings
 
 
 class CycleIkRefined(CycleIk):
@@ -26,7 +29,9 @@ class CycleIkRefined(CycleIk):
     Args:
         robot: The robot it solves for.
         weights: Folder of weights.safetensors and card.json.
-        hypotheses: Hypotheses tried before random configurations.
+        hypotheses: Hypotheses tried first.
+        memory: Random configurations that are remembered with their poses; 0 for none.
+        neighbours: Of these, the nearest that are tried next, before random configurations.
         threads: Threads of the network and of the kernel; 0 leaves torch as it is, and takes all of
             numba's.
         time_s: Wall-clock budget per pose of the refinement where `solve` gets none [s].
@@ -41,6 +46,8 @@ class CycleIkRefined(CycleIk):
         robot: Robot,
         weights: str,
         hypotheses: int,
+        memory: int,
+        neighbours: int,
         threads: int,
         time_s: float | None,
         iterations: int | None,
@@ -48,6 +55,7 @@ class CycleIkRefined(CycleIk):
     ) -> None:
         super().__init__(robot, weights, threads=threads, **tolerances)
         self.tried = hypotheses
+        self.memory = remember(robot, memory, neighbours, MEMORY_SEED)
         kernel = baselines.load("lm", robot, time_s=time_s, iterations=iterations)
         assert isinstance(kernel, LevenbergMarquardt)
         self.kernel = kernel
@@ -74,6 +82,8 @@ class CycleIkRefined(CycleIk):
         answers = self.hypotheses(poses).joints[:, : self.tried]
         network_s = (time.perf_counter() - start) / len(poses)
         seeds = np.concatenate((first, answers), axis=1)
-        refined = refine(self.robot, poses, seeds, self.kernel.options(budget), self.threads)
+        refined = refine(
+            self.robot, poses, seeds, self.kernel.options(budget), self.threads, self.memory
+        )
         refined.time_s[:] += network_s
         return refined.solution()

@@ -1,0 +1,103 @@
+"""Configurations that are remembered with their poses, to start from where other seeds have failed.
+
+A random configuration has its tip anywhere; of a few thousand random ones, those whose tips came
+closest to a target make far better starts. The search is a pass over all of them, short enough for
+the few poses that need it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from robots import rotations
+
+if TYPE_CHECKING:
+    from robots import Robot
+
+FEATURES = 12  # three of the position, nine of the rotation matrix
+# Of a number of the rotation matrix, against half of the workspace as unit of length.
+ROTATION_SHARE = 0.5
+TAKEN = np.float32(1e30)
+
+
+class Memory(NamedTuple):
+    """Remembered configurations of one robot; with M = 0 nothing is remembered.
+
+    Attributes:
+        joints: (M, dof) configurations [rad or m].
+        features: (12, M) their poses, position and rotation matrix, scaled to one metric.
+        centre: (3,) middle of the workspace box [m].
+        scale: (3,) half of its size [m].
+        neighbours: The nearest ones that are started from, in order, at most M.
+    """
+
+    joints: NDArray[np.float64]
+    features: NDArray[np.float32]
+    centre: NDArray[np.float64]
+    scale: NDArray[np.float64]
+    neighbours: int
+
+
+def remember(robot: Robot, count: int, neighbours: int, seed: int) -> Memory:
+    """Draw configurations uniformly and keep them with their poses.
+
+    Args:
+        robot: The robot.
+        count: Configurations M; 0 remembers nothing.
+        neighbours: How many of them are tried for one target.
+        seed: Seed of the draw.
+    """
+    joints = robot.sample(count, seed=seed, collision_free=False)
+    poses = robot.forward_kinematics(joints)
+    lower, upper = np.asarray(robot.workspace, dtype=np.float64)
+    centre, scale = (lower + upper) / 2, (upper - lower) / 2
+    features = np.empty((FEATURES, count), dtype=np.float32)
+    features[:3] = ((poses[:, :3] - centre) / scale).T
+    matrices = rotations.matrix_from_quaternion(poses[:, 3:])
+    features[3:] = ROTATION_SHARE * matrices.reshape(count, 9).T
+    return Memory(joints, features, centre, scale, min(neighbours, count))
+
+
+def no_memory(dof: int) -> Memory:
+    """Return the memory of a solver that remembers nothing."""
+    nothing = np.empty((FEATURES, 0), dtype=np.float32)
+    return Memory(np.empty((0, dof)), nothing, np.zeros(3), np.ones(3), 0)
+
+
+@njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
+def find_distances(memory, pose, goal, distances):  # type: ignore[no-untyped-def]
+    """Write the squared distance of every remembered pose to a target.
+
+    Args:
+        memory: `Memory`.
+        pose: (7,) target.
+        goal: (3, 3) its rotation.
+        distances: (M,) float32, receives them.
+    """
+    distances[:] = 0.0
+    for k in range(FEATURES):
+        if k < 3:
+            wanted = np.float32((pose[k] - memory.centre[k]) / memory.scale[k])
+        else:
+            wanted = np.float32(ROTATION_SHARE * goal[(k - 3) // 3, (k - 3) % 3])
+        row = memory.features[k]
+        for m in range(row.shape[0]):
+            difference = row[m] - wanted
+            distances[m] += difference * difference
+
+
+@njit(cache=True, fastmath={"nnan", "nsz", "reassoc"})
+def take_nearest(distances):  # type: ignore[no-untyped-def]
+    """Return the index of the smallest distance and take it out, so that the next call goes on."""
+    least = distances[0]
+    for m in range(distances.shape[0]):  # without an index to keep, this loop runs in vectors
+        least = min(least, distances[m])
+    nearest = 0
+    while distances[nearest] != least:
+        nearest += 1
+    distances[nearest] = TAKEN
+    return nearest
