@@ -64,7 +64,9 @@ class PoseLoss:
         """Return the position and the rotation loss by row, unweighted."""
         train, goal = self.train, target[:, :3]
         if train.loss == "former":
+            # Of the two signs the one that the data have, w >= 0: the former loss sees no other.
             quaternion = quaternion_from_matrix(rotation)
+            quaternion = torch.where(quaternion[:, :1] < 0, -quaternion, quaternion)
             turned = former_rotation_loss(quaternion, target[:, 3:])
             return former_position_loss(position, goal), turned
         moved = position_loss(position, goal, train.position_beta)

@@ -61,6 +61,15 @@ def test_former_losses_are_mean_absolute_errors() -> None:
     assert former_rotation_loss(-quaternion, quaternion).item() == pytest.approx(0.5)
 
 
+def test_the_former_loss_takes_reached_rotations_with_the_sign_of_the_data() -> None:
+    """Near a half turn the quaternion of a matrix may come out with w < 0, which data never have."""
+    quaternion = torch.nn.functional.normalize(torch.tensor([[0.1, -1.0, 0.0, 0.0]]), dim=1)
+    target = torch.cat((torch.zeros(1, 3), quaternion), dim=1)
+    former = PoseLoss(compose(["train.loss=former"]).train)
+    _, turned = former.parts(torch.zeros(1, 3), matrix_from_quaternion(quaternion), target)
+    assert turned.item() == pytest.approx(0.0, abs=1e-6)
+
+
 @pytest.mark.parametrize(
     ("loss", "position", "rotation"),
     [
