@@ -17,6 +17,7 @@ from torch import Tensor
 from baselines.errors import SettingError
 from baselines.linearise_torch import TorchChain
 from baselines.lm_kernel import LmOptions
+from baselines.memory import Memory
 from baselines.refine import Refined
 from baselines.rounds_torch import Place, solve_rounds
 
@@ -59,7 +60,11 @@ def refine_place(robot: Robot, device: str, precision: str) -> Place:
 
 
 def refine_torch(
-    place: Place, poses: Array | Tensor, seeds: Array | Tensor, options: LmOptions
+    place: Place,
+    poses: Array | Tensor,
+    seeds: Array | Tensor,
+    options: LmOptions,
+    memory: Memory | None = None,
 ) -> Refined:
     """Descend from each pose's seeds in order, then from random configurations, until solved.
 
@@ -72,6 +77,7 @@ def refine_torch(
             tensor on any device.
         seeds: (N, K, dof) configurations to start from, moved into the limits; K may be 0.
         options: Tolerances, damping and budget.
+        memory: Configurations to start from after the seeds, the nearest first.
 
     Raises:
         SettingError: The tolerances are too fine for mixed precision.
@@ -87,7 +93,7 @@ def refine_torch(
     given = torch.as_tensor(seeds, dtype=torch.float64, device=place.device)
     deadline = began + options.time_ns * 1e-9 * len(targets) if options.time_ns else None
     solved = [
-        solve_rounds(place, part, first, options, deadline)
+        solve_rounds(place, part, first, options, deadline, memory)
         for part, first in zip(
             targets.split(BATCH[place.device.type]),
             given.split(BATCH[place.device.type]),

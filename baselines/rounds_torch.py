@@ -19,12 +19,15 @@ from baselines import lm_kernel
 from baselines.descent_torch import Descents, descend
 from baselines.linearise_torch import TorchChain, target_frames
 from baselines.lm_kernel import LmOptions
+from baselines.memory import ROTATION_SHARE, Memory
 from baselines.random_torch import pose_keys, uniforms
 
 # Descents side by side that keep a device busy.
 FILL = {"cpu": 256, "cuda": 1 << 14}
 MOST_AT_ONCE = 64
 UNDECIDED = -1
+# Poses whose distances to all remembered configurations are held at once.
+NEIGHBOUR_BATCH = 2048
 
 
 class Place(NamedTuple):
@@ -61,7 +64,12 @@ class Outcome:
 
 
 def solve_rounds(
-    place: Place, poses: Tensor, seeds: Tensor, options: LmOptions, deadline: float | None
+    place: Place,
+    poses: Tensor,
+    seeds: Tensor,
+    options: LmOptions,
+    deadline: float | None,
+    memory: Memory | None,
 ) -> Outcome:
     """Let poses (N, 7) descend round after round until every one is decided.
 
@@ -71,6 +79,7 @@ def solve_rounds(
         seeds: (N, K, dof) configurations to start from, float64, on the device.
         options: Tolerances, damping and budget.
         deadline: `time.perf_counter` after which no round begins [s]; None for no limit.
+        memory: Configurations to start from after the seeds, the nearest first.
     """
     count, device = len(poses), place.device
     none = torch.zeros(count, dtype=torch.int64, device=device)
@@ -86,6 +95,9 @@ def solve_rounds(
     rows = torch.arange(count, device=device)
     fresh = True
     while len(rows):
+        if memory is not None and (not fresh or seeds.shape[1] == 0):
+            seeds = _with_remembered(memory, poses, seeds, rows)
+            memory = None
         width = _width(len(rows), FILL[device.type], fresh)
         fresh = False
         attempts = outcome.starts[rows, None] + torch.arange(width, device=device)
@@ -108,6 +120,28 @@ def solve_rounds(
 def _width(poses: int, fill: int, fresh: bool) -> int:
     """How many starts of each pose run side by side; the first runs alone, most need no other."""
     return 1 if fresh else min(MOST_AT_ONCE, max(1, fill // poses))
+
+
+def _with_remembered(memory: Memory, poses: Tensor, seeds: Tensor, rows: Tensor) -> Tensor:
+    """Seeds (N, K + neighbours, dof); those behind the K given are filled in for some rows only."""
+    goal, target = target_frames(poses[rows])
+    centre, scale = (
+        torch.as_tensor(v, device=poses.device)[:, None] for v in (memory.centre, memory.scale)
+    )
+    # The memory holds matrices row by row, frames here are column by column.
+    turned = ROTATION_SHARE * goal.transpose(0, 1).flatten(0, 1)
+    wanted = torch.cat(((target - centre) / scale, turned)).to(torch.float32)
+    features = torch.as_tensor(memory.features, device=poses.device)
+    nearest = []
+    for part in wanted.split(NEIGHBOUR_BATCH, dim=1):
+        distances = torch.zeros(part.shape[1], features.shape[1], device=poses.device)
+        for value, remembered in zip(part, features, strict=True):
+            distances += (remembered - value[:, None]).square()
+        nearest.append(distances.topk(memory.neighbours, largest=False).indices)
+    known = torch.as_tensor(memory.joints, device=poses.device)
+    more = seeds.new_zeros(len(seeds), memory.neighbours, seeds.shape[2])
+    more[rows] = known[torch.cat(nearest)]
+    return torch.cat((seeds, more), dim=1)
 
 
 def _starts(chain: TorchChain, seeds: Tensor, keys: Tensor, attempts: Tensor) -> Tensor:

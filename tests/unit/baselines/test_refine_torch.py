@@ -14,6 +14,7 @@ from baselines.clock import pose_key, uniform
 from baselines.descent_torch import damped_solve
 from baselines.linearise_torch import TorchChain, rotation_vector, target_frames
 from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, OUT_OF_TIME, LmOptions
+from baselines.memory import remember
 from baselines.random_torch import pose_keys, uniforms
 from baselines.refine import refine
 from baselines.refine_torch import refine_place, refine_torch
@@ -109,6 +110,20 @@ def test_rows_are_those_of_the_kernel(robot: Robot, options: LmOptions, seeds: i
     assert (np.abs(ours.joints - kernel.joints).max(axis=1) < 1e-6).mean() > 0.99
     assert ours.solution().reason == kernel.solution().reason
     assert (ours.time_s > 0).all()
+
+
+@pytest.mark.parametrize("seeds", [0, 2])
+def test_a_memory_is_asked_as_the_kernel_asks(robot: Robot, options: LmOptions, seeds: int) -> None:
+    poses, given = task(robot)
+    memory = remember(robot, 1000, 4, seed=3)
+    kernel = refine(robot, poses, given[:, :seeds], options, memory=memory)
+    place = refine_place(robot, "cpu", "float64")
+    ours = refine_torch(place, poses, given[:, :seeds], options, memory)
+    assert ours.found.all()
+    assert (ours.starts == kernel.starts).mean() > 0.99
+    assert (ours.iterations == kernel.iterations).mean() > 0.98
+    plain = refine(robot, poses, given[:, :seeds], options)
+    assert kernel.iterations.mean() != plain.iterations.mean()
 
 
 @pytest.mark.parametrize("limits", [{"iterations": 0}, {"iterations": 30}, {"starts": 3}])
