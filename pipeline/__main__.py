@@ -26,6 +26,7 @@ Looking around:
   doctor     versions, threads, accelerator, and what is missing
   where      where the tables, figures and the report are
   table      Table II or III of the paper from the raw rows, in seconds: table table2
+  ship       put trained weights beside the robot's description: ship robot=panda
   readme     renew the table and the picture of README.md from the last run: readme [ROBOT]
 
 Overrides are Hydra's: robot=nico profile=smoke train.learning_rate=1.0e-4. With -m lists of values

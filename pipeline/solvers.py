@@ -10,7 +10,7 @@ import baselines
 from baselines import SkippedSolver, Solver
 from baselines.registry import settings, solver_class
 from pipeline.errors import ConfigError
-from pipeline.learning.weights import CARD, WeightsError, kind_of
+from pipeline.learning.weights import CARD, WeightsError, kind_of, shipped_weights
 from pipeline.provenance import ROOT
 from robots import Robot
 
@@ -104,6 +104,8 @@ def models_of(name: str) -> tuple[tuple[str, ...], str]:
 def find_weights(robot: str, kinds: Collection[str], model: str) -> Path:
     """Return the folder of the trained weights of a robot, of the default profile first.
 
+    Where this checkout trained none, the weights that come with the project are taken.
+
     Args:
         robot: Name of the robot.
         kinds: Kinds of networks whose weights will do.
@@ -117,6 +119,9 @@ def find_weights(robot: str, kinds: Collection[str], model: str) -> Path:
         fitting = (card.parent for card in cards if kind_of(card.parent) in kinds)
         if folders := sorted(fitting, key=_preference):
             return folders[0]
+    shipped = shipped_weights(robot)
+    if (shipped / CARD).exists() and kind_of(shipped) in kinds:
+        return shipped
     raise WeightsError(
         f"there are no trained weights of kind {' or '.join(kinds)} for {robot}; train with: "
         f"python -m pipeline train robot={robot} model={model}"

@@ -9,6 +9,7 @@ from pipeline.commands.compare import compare
 from pipeline.commands.look import doctor, robot, robots, solvers, where
 from pipeline.commands.readme import readme
 from pipeline.commands.run import everything, stage
+from pipeline.commands.ship import ship
 from pipeline.commands.table import table
 
 Command = Callable[[list[str]], int]
@@ -22,6 +23,7 @@ COMMANDS: dict[str, Command] = {
     "doctor": doctor,
     "where": where,
     "readme": readme,
+    "ship": ship,
     "table": table,
 }
 

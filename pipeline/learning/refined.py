@@ -14,6 +14,7 @@ from baselines.checks import check_initial, check_poses
 from baselines.lm import LevenbergMarquardt
 from baselines.memory import remember
 from baselines.refine import refine
+from baselines.refine_torch import refine_place, refine_torch
 from pipeline.learning.solver import CycleIk
 from robots import Robot
 
@@ -32,6 +33,8 @@ class CycleIkRefined(CycleIk):
         hypotheses: Hypotheses tried first.
         memory: Random configurations that are remembered with their poses; 0 for none.
         neighbours: Of these, the nearest that are tried next, before random configurations.
+        device: Where the refinement runs: cpu is the compiled kernel, cuda its twin in torch, auto
+            takes an accelerator where there is one.
         threads: Threads of the network and of the kernel; 0 leaves torch as it is, and takes all of
             numba's.
         time_s: Wall-clock budget per pose of the refinement where `solve` gets none [s].
@@ -48,6 +51,7 @@ class CycleIkRefined(CycleIk):
         hypotheses: int,
         memory: int,
         neighbours: int,
+        device: str,
         threads: int,
         time_s: float | None,
         iterations: int | None,
@@ -56,6 +60,8 @@ class CycleIkRefined(CycleIk):
         super().__init__(robot, weights, threads=threads, **tolerances)
         self.tried = hypotheses
         self.memory = remember(robot, memory, neighbours, MEMORY_SEED)
+        place = refine_place(robot, device, "float64")
+        self.accelerator = place if place.device.type == "cuda" else None
         kernel = baselines.load("lm", robot, time_s=time_s, iterations=iterations)
         assert isinstance(kernel, LevenbergMarquardt)
         self.kernel = kernel
@@ -82,8 +88,10 @@ class CycleIkRefined(CycleIk):
         answers = self.hypotheses(poses).joints[:, : self.tried]
         network_s = (time.perf_counter() - start) / len(poses)
         seeds = np.concatenate((first, answers), axis=1)
-        refined = refine(
-            self.robot, poses, seeds, self.kernel.options(budget), self.threads, self.memory
-        )
+        options = self.kernel.options(budget)
+        if self.accelerator is not None:
+            refined = refine_torch(self.accelerator, poses, seeds, options, self.memory)
+        else:
+            refined = refine(self.robot, poses, seeds, options, self.threads, self.memory)
         refined.time_s[:] += network_s
         return refined.solution()

@@ -10,6 +10,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 
+import robots
 from pipeline.data.files import read_json, replacing, sha256, write_json
 from pipeline.learning.networks import IkNetwork, build_network
 from pipeline.settings import ModelConfig
@@ -19,6 +20,7 @@ from robots.checksums import chain_checksum
 WEIGHTS = "weights.safetensors"
 OTHER_WEIGHTS = "other.safetensors"  # best where the last is kept, last where the best is
 CARD = "card.json"
+ROBOTS = Path(robots.__file__).parent
 
 
 class WeightsError(ValueError):
@@ -26,7 +28,11 @@ class WeightsError(ValueError):
 
 
 def save_weights(
-    folder: Path, network: nn.Module, card: dict[str, Any], other: dict[str, Tensor] | None = None
+    folder: Path,
+    network: nn.Module,
+    card: dict[str, Any],
+    other: dict[str, Tensor] | None = None,
+    half: bool = False,
 ) -> None:
     """Write the weights and their card; the card holds their checksum and comes last.
 
@@ -35,11 +41,13 @@ def save_weights(
         network: The network that solvers load.
         card: What the weights are for.
         other: Tensors of the same network at another step, to lie beside its weights.
+        half: Keep the trained numbers in float16; scalings and cells stay as they are.
     """
     path = folder / WEIGHTS
     if other is not None:
         _save(folder / OTHER_WEIGHTS, other)
-    _save(path, network.state_dict())
+    trained = {name for name, _ in network.named_parameters()} if half else set()
+    _save(path, {n: t.half() if n in trained else t for n, t in network.state_dict().items()})
     write_json(folder / CARD, {**card, "weights_sha256": sha256(path)})
 
 
@@ -82,6 +90,11 @@ def load_network(folder: Path, robot: Robot, kinds: Collection[str] = ()) -> IkN
     except (SafetensorError, RuntimeError) as error:
         raise WeightsError(f"{path} does not fit the network of its card: {error}") from error
     return network.eval().requires_grad_(False)
+
+
+def shipped_weights(robot: str) -> Path:
+    """Return the folder of the weights that come with this project for a robot."""
+    return ROBOTS / robot / "weights"
 
 
 def read_card(folder: Path) -> dict[str, Any]:

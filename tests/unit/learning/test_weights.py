@@ -37,6 +37,21 @@ def test_a_network_comes_back_as_it_was(tmp_path: Path, robot: Robot, model: str
     assert torch.equal(load_network(tmp_path, robot)(poses), network(poses))
 
 
+def test_half_precision_keeps_scalings_and_rounds_weights(tmp_path: Path, robot: Robot) -> None:
+    config = compose(["model=compact"])
+    network = build_network(robot, config.model)
+    card = {**chain_facts(robot), "config": {"model": to_dict(config.model)}}
+    save_weights(tmp_path, network, card, half=True)
+    loaded = load_network(tmp_path, robot)
+    trained = dict(network.named_parameters())
+    for name, value in loaded.state_dict().items():
+        assert value.dtype == torch.float32
+        wanted = network.state_dict()[name]
+        assert torch.equal(value, wanted.half().float() if name in trained else wanted)
+    size = (tmp_path / "weights.safetensors").stat().st_size
+    assert size < 1.01 * 2 * sum(value.numel() for value in trained.values())
+
+
 def test_weights_of_another_robot_are_refused_by_name(tmp_path: Path, robot: Robot) -> None:
     stored(tmp_path, robot)
     with pytest.raises(WeightsError, match=r"robot is 'panda' there, 'nico' here"):
@@ -72,7 +87,7 @@ def test_the_solver_takes_the_best_hypothesis_and_claims_what_is_true(
     error_mm = 1e3 * np.linalg.norm(reached[:, :3] - poses[:, :3], axis=1)
     hypotheses = network(torch.as_tensor(poses, dtype=torch.float32)).detach().numpy()
     in_one_of_them = np.abs(hypotheses - solution.joints[:, None]).max(axis=2).min(axis=1)
-    assert in_one_of_them.max() < 1e-6
+    assert in_one_of_them.max() < 1e-4  # the kernel's tanh is a fraction of polynomials
     assert (error_mm[solution.found] <= 400).all()
     assert 0 < solution.found.sum() < len(poses)
     assert len(solver.solve(np.empty((0, 7)))) == 0

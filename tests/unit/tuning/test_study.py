@@ -79,9 +79,9 @@ def test_draws_lie_in_the_space_and_keep_their_types(tmp_path: Path) -> None:
     study = open_study(tmp_path / "study.log", config())
     for _ in range(20):
         train, model = draw(study.ask(), config())
-        assert 100 <= train.batch_size <= 600
+        assert 50 <= train.batch_size <= 200
         assert train.batch_size % 50 == 0
-        assert 1e-4 <= train.learning_rate <= 5e-3
-        assert 2 <= len(model.hidden) <= 5
+        assert 1e-3 <= train.learning_rate <= 3e-2
+        assert 1 <= len(model.hidden) <= 3
         assert all(isinstance(neurons, int) for neurons in model.hidden)
         assert train.epochs == config().tune.epochs

@@ -1,0 +1,72 @@
+"""`ship`: put trained compact weights beside a robot's description, in half precision."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from pipeline.config import compose
+from pipeline.data.dataset import read_split
+from pipeline.errors import PipelineError
+from pipeline.learning.networks import IkNetwork
+from pipeline.learning.objective import CycleObjective
+from pipeline.learning.weights import load_network, read_card, save_weights, shipped_weights
+from pipeline.settings import Config
+from pipeline.stages.inputs import artifacts, robot_of
+from robots import Robot
+
+LARGEST_BYTES = 3_000_000  # what a repository bears for each robot
+RUN_ONLY = ("run", "machine", "weights_sha256")
+HELP = """\
+python -m pipeline ship robot=panda [model=compact] [results_dir=results/quick]
+
+Copies the weights that `train` made to robots/<name>/weights, where a solver finds them right after
+installation. Numbers are kept in half precision; the errors on the test poses are measured with
+them as they are kept, and go into the card.
+"""
+
+
+def ship(arguments: list[str]) -> int:
+    """Ship the weights of one robot; a run's own weights go on taking precedence over them."""
+    if arguments[:1] in (["-h"], ["--help"]):
+        print(HELP, end="")
+        return 0
+    config = compose(arguments)
+    robot = robot_of(config)
+    folders = artifacts(config)
+    source = folders.train(robot.name, config.model.name)
+    card = read_card(source)
+    network = load_network(source, robot).half().float()
+    target = shipped_weights(robot.name)
+    size = 2 * sum(parameter.numel() for parameter in network.parameters())
+    if size > LARGEST_BYTES:
+        raise PipelineError(
+            f"the weights in {source} would take {size:,} bytes, at most {LARGEST_BYTES:,} are "
+            "shipped: take a smaller model"
+        )
+    test = _errors(robot, network, config, folders.dataset(robot.name))
+    save_weights(target, network, _card(card, test), half=True)
+    errors = f"{test['position_error_mm']:.2f} mm, {test['rotation_error_deg']:.2f} deg"
+    print(f"{target}: {errors} on {test['poses']} test poses")
+    return 0
+
+
+def _errors(robot: Robot, network: IkNetwork, config: Config, data: Path) -> dict[str, float]:
+    """Mean Euclidean and geodesic errors on the test poses."""
+    poses = torch.as_tensor(read_split(data, "test", robot).poses, dtype=torch.float32)
+    objective = CycleObjective(robot, network, config.train, torch.device("cpu"))
+    position, rotation = objective.errors(poses)
+    return {
+        "poses": len(poses),
+        "position_error_mm": float(position.mean()),
+        "rotation_error_deg": float(rotation.mean()),
+        "success_10mm_20deg": float(((position < 10) & (rotation < 20)).double().mean()),
+    }
+
+
+def _card(card: dict[str, Any], test: dict[str, float]) -> dict[str, Any]:
+    """The card of the run, without what belongs to one run and one machine."""
+    kept = {key: value for key, value in card.items() if key not in RUN_ONLY}
+    return {**kept, "stored": "float16", "test": test}
