@@ -6,22 +6,15 @@ from dataclasses import dataclass, field
 
 from omegaconf import MISSING
 
-from pipeline.checks import at_least, one_of, positive, within
-
-CORNERS = ("upper left", "upper right", "lower left", "lower right")
+from pipeline.checks import at_least, positive
 
 
 @dataclass
 class CloseupConfig:
-    """The second camera, which follows the hand; its picture lies in a corner of the first."""
+    """The second camera, which follows the hand; its picture lies beside that of the first."""
 
     distance: float = MISSING  # m
     yaw: float = MISSING  # deg
-    corner: str = MISSING
-
-    def __post_init__(self) -> None:
-        """Refuse corners that a picture does not have."""
-        one_of("grasp.scenes: camera.closeup.corner", self.corner, CORNERS)
 
 
 @dataclass
@@ -42,7 +35,7 @@ class VideoConfig:
     width: int = MISSING  # pixels
     height: int = MISSING  # pixels
     rate: float = MISSING  # Hz, of the simulated time
-    closeup: float = MISSING  # share of the height
+    closeup: int = MISSING  # pixels
     gif_width: int = MISSING  # pixels
     gif_rate: float = MISSING  # Hz, of the simulated time
 
@@ -50,5 +43,5 @@ class VideoConfig:
         """Refuse pictures without pixels and films without pictures."""
         for name in ("width", "height", "rate", "gif_rate"):
             positive(f"grasp.recording.{name}", getattr(self, name))
-        within("grasp.recording.closeup", self.closeup, 0, 1)
-        at_least("grasp.recording.gif_width", self.gif_width, 0)
+        for name in ("closeup", "gif_width"):
+            at_least(f"grasp.recording.{name}", getattr(self, name), 0)

@@ -14,34 +14,34 @@ Frame = NDArray[np.uint8]
 FIELD_OF_VIEW = 45.0  # deg
 NEAR, FAR = 0.05, 5.0  # m
 SKY = ((205, 216, 226), (246, 248, 250))  # behind everything: colour at the top and at the bottom
-FRAME_COLOUR, FRAME_WIDTH = (40, 44, 52), 2  # around the close-up [pixels]
-MARGIN = 8  # pixels between the close-up and the picture's edge
+GAP = 4  # pixels between the two pictures
 
 
 def render(client: Any, camera: CameraConfig, size: VideoConfig, follow: ArrayLike) -> Frame:
-    """One picture, with a close-up of the hand in a corner.
+    """One picture, with a close-up of the hand on its right.
 
     Args:
         client: PyBullet client.
         camera: Where to look from, and from how near at the hand.
-        size: Width and height [pixels], share of the height for the close-up.
+        size: Width and height, and width of the close-up [pixels].
         follow: What the second camera looks at, base frame [m], shape (3,).
 
     Returns:
-        Colours, shape (height, width, 3).
+        Colours, shape (height, width, 3); `frame_width` is the width.
     """
     whole = (camera.distance, camera.yaw, camera.pitch)
     picture = _view(client, camera.target, whole, (size.width, size.height))
-    edge = int(size.closeup * size.height)
-    if edge > 0:
-        detail = (camera.closeup.distance, camera.closeup.yaw, camera.pitch)
-        near = _view(client, follow, detail, (edge, edge))
-        framed = np.full((edge + 2 * FRAME_WIDTH,) * 2 + (3,), FRAME_COLOUR, dtype=np.uint8)
-        framed[FRAME_WIDTH:-FRAME_WIDTH, FRAME_WIDTH:-FRAME_WIDTH] = near
-        top = MARGIN if "upper" in camera.closeup.corner else size.height - MARGIN - len(framed)
-        left = MARGIN if "left" in camera.closeup.corner else size.width - MARGIN - len(framed)
-        picture[top : top + len(framed), left : left + len(framed)] = framed
-    return picture
+    if size.closeup == 0:
+        return picture
+    detail = (camera.closeup.distance, camera.closeup.yaw, camera.pitch)
+    near = _view(client, follow, detail, (size.closeup, size.height))
+    gap = np.full((size.height, GAP, 3), 255, dtype=np.uint8)
+    return np.concatenate([picture, gap, near], axis=1)
+
+
+def frame_width(size: VideoConfig) -> int:
+    """Width of the pictures of `render` [pixels]."""
+    return size.width + (GAP + size.closeup if size.closeup else 0)
 
 
 def _view(

@@ -12,13 +12,14 @@ from PIL import Image, ImageDraw, ImageFont
 
 from pipeline.data.files import replacing
 from pipeline.grasping.camera_config import VideoConfig
-from pipeline.grasping.rendering import Frame, render
+from pipeline.grasping.rendering import Frame, frame_width, render
 
 if TYPE_CHECKING:
     from pipeline.grasping.scene import Scene
 
 COLOURS_OF_GIF = 96
-CAPTION_HEIGHT = 0.07  # of a still's height, for the letters
+STILL_WIDTH = 480  # pixels
+CAPTION_HEIGHT = 0.09  # of a still's height, for the letters
 
 
 class Recorder:
@@ -79,7 +80,7 @@ class Recorder:
         return [path, gif]
 
     def _encode(self, path: Path, options: Mapping[str, object]) -> None:
-        size = (self.config.width, self.config.height)
+        size = (frame_width(self.config), self.config.height)
         with replacing(path) as partial:
             writer = imageio_ffmpeg.write_frames(
                 str(partial), size, fps=self.config.rate, macro_block_size=1, **options
@@ -97,22 +98,23 @@ class Recorder:
         """
         picks = [(0, "start"), *self.phases, (len(self.frames) - 1, "end")]
         height, width = self.frames[0].shape[:2]
+        height, width = round(height * STILL_WIDTH / width), STILL_WIDTH
         rows = -(-len(picks) // columns)
         sheet = Image.new("RGB", (columns * width, rows * height), "white")
         for k, (number, name) in enumerate(picks):
-            still = Image.fromarray(self.frames[max(number, 0)])
+            still = Image.fromarray(self.frames[max(number, 0)]).resize((width, height))
             _caption(still, f"{k + 1}  {name}")
             sheet.paste(still, (k % columns * width, k // columns * height))
         return sheet
 
 
 def _caption(still: Image.Image, text: str) -> None:
-    """Write what a still shows at its upper right corner."""
+    """Write what a still shows at its lower left corner."""
     size = CAPTION_HEIGHT * still.height
     draw = ImageDraw.Draw(still)
     font = ImageFont.load_default(size)
     left, top, right, bottom = draw.textbbox((0, 0), text, font=font)
     pad = 0.3 * size
-    right_edge = still.width - (right - left) - 2 * pad
-    draw.rectangle((right_edge, 0, still.width, bottom - top + 2 * pad), fill=(40, 44, 52))
-    draw.text((right_edge + pad - left, pad - top), text, font=font, fill="white")
+    low = still.height - (bottom - top) - 2 * pad
+    draw.rectangle((0, low, right - left + 2 * pad, still.height), fill=(40, 44, 52))
+    draw.text((pad - left, low + pad - top), text, font=font, fill="white")
