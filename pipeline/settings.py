@@ -119,6 +119,7 @@ class TrainConfig:
     precision: str = MISSING
     validations: int = MISSING
     checkpoint_s: float = MISSING
+    poses: int = MISSING
     variance_weight: float = MISSING
     variance_samples: int = MISSING
     constraints: list[ConstraintConfig] = MISSING
@@ -136,6 +137,7 @@ class TrainConfig:
         one_of("train.device", self.device, ("auto", "cpu", "cuda"))
         one_of("train.precision", self.precision, ("float32", "bfloat16_backward"))
         one_of("train.keep", self.keep, ("last", "best"))
+        at_least("train.poses", self.poses, 0)
         at_least("train.variance_weight", self.variance_weight, 0)
         at_least("train.variance_samples", self.variance_samples, 2)
         at_least("train.constraint_scale", self.constraint_scale, 0)
@@ -201,10 +203,10 @@ class TuneConfig:
 def search_axes() -> list[str]:
     """Return what a search may vary: the numbers of train and model, and the hidden layers.
 
-    Epochs and validations are not among them: `tune.epochs` sets how long every trial trains.
+    Epochs, validations and poses are not among them: `tune` says how long every trial trains.
     """
     numbers = {f.name for group in (TrainConfig, ModelConfig) for f in fields(group) if _counts(f)}
-    return sorted({"layers", "neurons"} | numbers - {"epochs", "validations"})
+    return sorted({"layers", "neurons"} | numbers - {"epochs", "validations", "poses"})
 
 
 def _counts(field_: Field[Any]) -> bool:

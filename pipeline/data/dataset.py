@@ -37,6 +37,10 @@ class PoseSet:
     poses: NDArray[np.float64]
     joints: NDArray[np.float64]
 
+    def first(self, count: int) -> PoseSet:
+        """Return its first poses, all of them for 0."""
+        return PoseSet(self.poses[: count or None], self.joints[: count or None])
+
 
 def split_seed(root: int, robot: str, split: str) -> int:
     """Return the seed of one split; splits of one robot are independent."""

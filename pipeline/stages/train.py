@@ -34,6 +34,7 @@ def run(config: Config) -> list[Path]:
     data = dataset_of(config)
     folder = folders.train(robot.name, config.model.name)
     poses, held_out = (read_split(data, split, robot) for split in ("train", "validation"))
+    poses = poses.first(config.train.poses)
     seed = derive_seed(config.seed, "train", robot.name, config.model.name, config.train.repetition)
     facts = [chain_facts(robot), to_dict(config.train), to_dict(config.model), seed]
     digest = provenance.digest([facts, read_json(data / CARD)["files"], provenance.versions()])

@@ -47,9 +47,7 @@ class Objective:
         objective = trainer.objective
         if not isinstance(objective, CycleObjective):
             raise TrainingError(f"tune searches networks of the cycle, not model.kind={model.kind}")
-        limit = tune.poses or None
-        poses = PoseSet(self.train.poses[:limit], self.train.joints[:limit])
-        progress = trainer.fit(poses, self.validation)
+        progress = trainer.fit(self.train.first(tune.poses), self.validation)
         trial.set_user_attr("position_error_mm", progress.curve[-1]["validation_position_error_mm"])
         trial.set_user_attr(
             "rotation_error_deg", progress.curve[-1]["validation_rotation_error_deg"]

@@ -152,3 +152,10 @@ def test_an_epoch_shows_every_pose_once_and_in_another_order() -> None:
     assert sorted(first.tolist()) == sorted(second.tolist()) == list(range(100))
     assert first.tolist() != second.tolist()
     assert torch.equal(Batches(100, 20, 4).indices(7), second[40:60])
+
+
+def test_the_first_poses_of_a_set_are_taken(poses: PoseSet) -> None:
+    assert len(poses.first(0).poses) == len(poses.first(501).joints) == 500
+    part = poses.first(7)
+    assert torch.equal(torch.as_tensor(part.joints), torch.as_tensor(poses.joints[:7]))
+    assert len(part.poses) == 7
