@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from baselines import Solution, Solver
 from pipeline import load_solver
+from pipeline.config import compose
 from pipeline.learning.experts import Experts
 from pipeline.learning.refined import CycleIkRefined
 from robots import Robot, available_robots, load_robot
@@ -82,8 +83,9 @@ def pair_of(robot: Robot, threads: int) -> tuple[CycleIkRefined, Solver]:
 
 
 def reachable(robot: Robot, count: int) -> NDArray[np.float64]:
-    """Poses (N, 7) of uniform collision-free configurations that no training has drawn."""
-    joints = robot.sample(count, seed=SEED, collision_free=True)
+    """Poses (N, 7) as in the test sets, of configurations that no training has drawn."""
+    inside = compose([f"robot={robot.name}"]).robot.workspace_filter
+    joints = robot.sample(count, seed=SEED, collision_free=True, workspace_filter=inside)
     return robot.forward_kinematics(joints)
 
 

@@ -16,7 +16,7 @@ from pipeline.data.dataset import CARD, DatasetError, card_config
 from pipeline.data.files import read_yaml
 from pipeline.errors import ConfigError, choices
 from pipeline.learning.weights import CARD as WEIGHTS_CARD
-from pipeline.learning.weights import read_card
+from pipeline.learning.weights import read_card, shipped_weights
 from pipeline.progress import LOGGER
 from pipeline.provenance import ROOT
 from pipeline.settings import Config
@@ -84,6 +84,7 @@ def weights_of(config: Config) -> Path:
 
     Weights in the run's own folder are taken as they are: whoever trained there, meant them. Those
     of the profile's folder are taken only if they were trained with this run's configuration.
+    Where nobody asked for a training of their own, the weights that come with the project will do.
     """
     folders = artifacts(config)
     own = folders.train(config.robot.name, config.model.name)
@@ -92,9 +93,24 @@ def weights_of(config: Config) -> Path:
     found = folders.find(own.relative_to(folders.root) / WEIGHTS_CARD)
     if found is not None and _same_training(found.parent, trained_config(config)):
         return found.parent
+    shipped = shipped_weights(config.robot.name)
+    if _as_shipped(shipped, config):
+        LOGGER.info("no weights of %s were trained here: those of the project do", own.parent.name)
+        return shipped
     LOGGER.info("there are no weights of %s for this run yet: training first", config.robot.name)
     run_stage("train", config)
     return own
+
+
+def _as_shipped(folder: Path, config: Config) -> bool:
+    """Whether the project's weights are of this network and nothing of training was overridden."""
+    if not (folder / WEIGHTS_CARD).exists():
+        return False
+    names = [f"robot={config.robot.name}", f"profile={config.profile}"]
+    plain = compose([*names, f"model={config.model.name}"])
+    wanted, meant = to_dict(config), to_dict(plain)
+    unchanged = all(wanted[key] == meant[key] for key in ("seed", "train", "model"))
+    return unchanged and read_card(folder)["config"]["model"] == wanted["model"]
 
 
 def _same_training(folder: Path, config: Config) -> bool:

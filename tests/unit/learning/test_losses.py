@@ -62,7 +62,7 @@ def test_former_losses_are_mean_absolute_errors() -> None:
 
 
 def test_the_former_loss_takes_reached_rotations_with_the_sign_of_the_data() -> None:
-    """Near a half turn the quaternion of a matrix may come out with w < 0, which data never have."""
+    """Near a half turn the quaternion of a matrix may come out with w < 0, unlike in data."""
     quaternion = torch.nn.functional.normalize(torch.tensor([[0.1, -1.0, 0.0, 0.0]]), dim=1)
     target = torch.cat((torch.zeros(1, 3), quaternion), dim=1)
     former = PoseLoss(compose(["train.loss=former"]).train)
