@@ -87,8 +87,8 @@ def test_refinement_reaches_the_tolerance_from_an_untrained_network(
 
 def test_a_neural_solver_without_weights_says_how_to_train(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pipeline.solvers.RESULTS", Path("nowhere"))
-    with pytest.raises(ValueError, match="pipeline train robot=fetch"):
-        load_solver("cycleik", load_robot("fetch"))
+    with pytest.raises(ValueError, match="pipeline train robot=fetch model=flow"):
+        load_solver("flow", load_robot("fetch"))  # no flow comes with the project
     with pytest.raises(SolverError, match="did you mean 'cycleik'"):
         load_solver("cycleikk", load_robot("fetch"))
     assert settings("cycleik")["weights"] == ""
