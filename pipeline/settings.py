@@ -120,6 +120,7 @@ class TrainConfig:
     validations: int = MISSING
     checkpoint_s: float = MISSING
     poses: int = MISSING
+    variance_of: str = MISSING
     variance_weight: float = MISSING
     variance_samples: int = MISSING
     constraints: list[ConstraintConfig] = MISSING
@@ -138,6 +139,7 @@ class TrainConfig:
         one_of("train.precision", self.precision, ("float32", "bfloat16_backward"))
         one_of("train.keep", self.keep, ("last", "best"))
         at_least("train.poses", self.poses, 0)
+        one_of("train.variance_of", self.variance_of, ("mean", "each"))
         at_least("train.variance_weight", self.variance_weight, 0)
         at_least("train.variance_samples", self.variance_samples, 2)
         at_least("train.constraint_scale", self.constraint_scale, 0)

@@ -21,8 +21,9 @@ UNIFORM_VARIANCE = 1 / 12  # of a number that is uniform in [0, 1)
 class NullSpaceObjective:
     """Cycle losses of several answers to each pose, and a pull of their variance.
 
-    The variance of the answers to one pose, mean over the joints, is pulled to that of the noise,
-    so that the noise is not ignored (the paper's variance term; rad², or m² of a sliding joint).
+    The variance of the answers to one pose is pulled to that of the noise, so that the noise is not
+    ignored (rad², or m² of a sliding joint): in the paper the mean over the joints, which two of
+    them can bear alone, or that of each joint.
 
     Args:
         robot: Gives forward kinematics.
@@ -53,7 +54,8 @@ class NullSpaceObjective:
         losses = self.pose_loss(*self.kinematics(answers), targets)
         if self.penalty is not None:
             losses = losses + self.penalty(answers)
-        spread = variance_loss(answers.unflatten(0, (len(poses), samples)))
+        each = self.train.variance_of == "each"
+        spread = variance_loss(answers.unflatten(0, (len(poses), samples)), each)
         return losses.mean() + self.train.variance_weight * spread
 
     @torch.no_grad()
@@ -75,6 +77,14 @@ class NullSpaceObjective:
         return torch.rand(len(poses), self.network.dof, generator=generator).to(poses.device)
 
 
-def variance_loss(answers: Tensor) -> Tensor:
-    """Return how far answers (N, S, dof) are from the variance of the noise, mean over poses."""
-    return (answers.var(dim=1).mean(dim=1) - UNIFORM_VARIANCE).abs().mean()
+def variance_loss(answers: Tensor, each: bool) -> Tensor:
+    """Return how far answers (N, S, dof) are from the variance of the noise, mean over poses.
+
+    Args:
+        answers: S answers to each of N poses, rad or m.
+        each: Whether the variance of each joint counts, or the mean of them, as in the paper.
+    """
+    variance = answers.var(dim=1)
+    if not each:
+        variance = variance.mean(dim=1)
+    return (variance - UNIFORM_VARIANCE).abs().mean()

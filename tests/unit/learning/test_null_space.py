@@ -83,11 +83,17 @@ def test_the_variance_term_is_zero_at_the_variance_of_the_noise() -> None:
     # Two answers d apart have the variance d^2 / 2; the mean over joints counts.
     apart = (1 / 6) ** 0.5
     right = torch.tensor([[[0.0, 0.0], [apart, apart]]])
-    torch.testing.assert_close(variance_loss(right), torch.tensor(0.0), atol=1e-7, rtol=0)
+    torch.testing.assert_close(
+        variance_loss(right, each=False), torch.tensor(0.0), atol=1e-7, rtol=0
+    )
     one_joint = torch.tensor([[[0.0, 5.0], [2**0.5 * apart, 5.0]]])
-    torch.testing.assert_close(variance_loss(one_joint), torch.tensor(0.0), atol=1e-7, rtol=0)
+    torch.testing.assert_close(
+        variance_loss(one_joint, each=False), torch.tensor(0.0), atol=1e-7, rtol=0
+    )
+    # Joint by joint the first is 1/6 - 1/12 too wide and the second 1/12 too narrow.
+    torch.testing.assert_close(variance_loss(one_joint, each=True), torch.tensor(1 / 12))
     same = torch.ones(4, 8, 2)
-    torch.testing.assert_close(variance_loss(same), torch.tensor(1 / 12))
+    torch.testing.assert_close(variance_loss(same, each=False), torch.tensor(1 / 12))
 
 
 def test_the_noise_follows_from_seed_and_step_alone(panda: Robot, poses: PoseSet) -> None:
