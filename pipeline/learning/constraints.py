@@ -104,7 +104,9 @@ def _link(
     if goal.pose is None:
         return lambda joints: (
             train.position_weight
-            * position_loss(kinematics(joints)[0], values, train.position_beta)
+            * position_loss(
+                kinematics(joints)[0], values.expand(len(joints), -1), train.position_beta
+            )
         )
     if abs(float(values[0, 3:].norm()) - 1) > QUATERNION_SLACK:
         raise ConstraintError(

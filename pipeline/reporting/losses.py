@@ -107,11 +107,11 @@ def verdict(found: list[Contest]) -> str:
         }
         both = [contest.gain(kind) for kind, _ in KINDS]
         gains += both
-        times = " and ".join("not reached" if g is None else f"{g:.3g} times sooner" for g in both)
+        times = ["never" if gain is None else f"{gain:.3g} times sooner" for gain in both]
         parts.append(
             f"{robot_title(contest.robot)}: {ends[NEW]} mm / deg with the new losses against "
-            f"{ends[FORMER]} with the former after {contest.epochs} epochs; the former's final "
-            f"position and rotation errors are reached {times}."
+            f"{ends[FORMER]} with the former after {contest.epochs} epochs; the new ones reach "
+            f"the former's final position error {times[0]}, its rotation error {times[1]}."
         )
     holds = all(gain is not None and gain >= CLAIMED for gain in gains)
     parts.append(
