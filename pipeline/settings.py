@@ -12,6 +12,7 @@ from typing import Any
 
 from omegaconf import MISSING
 
+from pipeline.agent.config import AgentConfig
 from pipeline.checks import at_least, one_of, ordered, positive, positive_all, within
 from pipeline.evaluation.config import EvaluateConfig, SampleConfig
 from pipeline.grasping.config import GraspConfig
@@ -231,6 +232,7 @@ class Config:
     sample: SampleConfig = field(default_factory=SampleConfig)
     plan: PlanConfig = field(default_factory=PlanConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)
+    agent: AgentConfig = field(default_factory=AgentConfig)
     report: ReportConfig = field(default_factory=ReportConfig)
 
     def __post_init__(self) -> None:

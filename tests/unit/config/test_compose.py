@@ -7,7 +7,18 @@ import pytest
 from pipeline.config import CONF_DIR, compose, group_choices, sweep, to_yaml
 from pipeline.errors import ConfigError
 
-GROUPS = ("robot", "model", "profile", "experiment", "train", "evaluate", "sample", "plan", "grasp")
+GROUPS = (
+    "robot",
+    "model",
+    "profile",
+    "experiment",
+    "train",
+    "evaluate",
+    "sample",
+    "plan",
+    "grasp",
+    "agent",
+)
 CHOICES = [(group, choice) for group in GROUPS for choice in group_choices(group)]
 
 

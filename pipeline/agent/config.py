@@ -1,0 +1,105 @@
+"""Types of the `agent` group; conf/agent owns the values and comments every key with its unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from urllib.parse import urlsplit
+
+from omegaconf import MISSING
+
+from pipeline.agent.action import FACES, KINDS
+from pipeline.checks import at_least, one_of, positive, within
+
+AGENTS = ("none", "policy", "endpoint")
+
+
+@dataclass
+class EndpointConfig:
+    """An OpenAI-compatible chat endpoint.
+
+    The key itself is no value of the configuration, which is written beside results: the
+    configuration says where the key stands.
+    """
+
+    base_url: str | None = None  # null = the environment variable OPENAI_BASE_URL
+    model: str | None = None  # null = the environment variable OPENAI_MODEL
+    key_variable: str = MISSING
+    key_file: str | None = None
+    timeout_s: float = MISSING
+    deadline_s: float = MISSING
+    retries: int = MISSING
+    temperature: float = MISSING
+    max_tokens: int = MISSING
+    seed: int | None = None
+    tools: bool = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse addresses that are none or hold a password, and times that cannot be."""
+        if self.base_url is not None and self.base_url != "???":
+            check_address("agent.endpoint.base_url", self.base_url)
+        for name in ("timeout_s", "deadline_s", "max_tokens"):
+            positive(f"agent.endpoint.{name}", getattr(self, name))
+        at_least("agent.endpoint.retries", self.retries, 0)
+        within("agent.endpoint.temperature", self.temperature, 0, 2)
+
+
+@dataclass
+class VocabularyConfig:
+    """Words of the embedded policy and of the recogniser's grammar: phrases by what they mean."""
+
+    verbs: dict[str, list[str]] = MISSING
+    objects: dict[str, list[str]] = MISSING
+    groups: dict[str, list[str]] = MISSING
+    faces: dict[str, list[str]] = MISSING
+    places: dict[str, list[str]] = MISSING
+    everything: list[str] = MISSING
+    politeness: list[str] = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse verbs for actions that there are not."""
+        for kind in self.verbs if isinstance(self.verbs, dict) else ():
+            one_of("agent.vocabulary.verbs", kind, KINDS)
+        for face in self.faces if isinstance(self.faces, dict) else ():
+            one_of("agent.vocabulary.faces", face, FACES)
+
+
+@dataclass
+class AgentConfig:
+    """Who answers instructions, and what bounds a turn."""
+
+    kind: str = MISSING
+    actions: list[str] = MISSING
+    longest_instruction: int = MISSING
+    longest_reply: int = MISSING
+    most_actions: int = MISSING
+    repeats: int = MISSING
+    most_turns: int = MISSING
+    history: int = MISSING
+    bodies: dict[str, str] = MISSING
+    senses: str = MISSING
+    vocabulary: VocabularyConfig = field(default_factory=VocabularyConfig)
+    endpoint: EndpointConfig = field(default_factory=EndpointConfig)
+
+    def __post_init__(self) -> None:
+        """Refuse unknown agents and actions, and bounds that let nothing through."""
+        one_of("agent.kind", self.kind, AGENTS)
+        if not isinstance(self.actions, str):
+            for action in self.actions:
+                one_of("agent.actions", action, KINDS)
+        for name in ("longest_instruction", "longest_reply", "most_actions", "repeats"):
+            positive(f"agent.{name}", getattr(self, name))
+        positive("agent.most_turns", self.most_turns)
+        at_least("agent.history", self.history, 0)
+
+
+def check_address(key: str, address: str) -> None:
+    """Refuse what is no http(s) address, and one with a user or password in it."""
+    try:
+        parts = urlsplit(address)
+        host = parts.hostname
+    except ValueError:
+        parts, host = None, None
+    if parts is None or parts.scheme not in ("http", "https") or not host:
+        raise ValueError(f"{key} must read like http://localhost:8000/v1, got no such address")
+    if parts.username or parts.password:
+        raise ValueError(f"{key} must not hold a user or password: addresses stand in the results")
