@@ -1,1 +1,1 @@
-"""Physical grasping in simulation: scenes, hands, the grasping primitive, trials and films."""
+"""Physical grasping in simulation: scenes, hands, primitives, trials and films."""

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.grasping.arm import Arm
 from pipeline.grasping.config import GraspConfig, SceneConfig
 from pipeline.grasping.errors import GraspError
+from pipeline.grasping.grasp import Grasp
 from pipeline.grasping.grip import tip_yaw
 from pipeline.grasping.outcome import classify, measures
-from pipeline.grasping.primitive import Primitive
 from pipeline.grasping.scene import Scene
 from pipeline.seeding import derive_seed
 
@@ -136,7 +137,7 @@ def run_trial(
         believed[:2] += setup.error
         top = believed[2] + 0.5 * thing.height
         believed[2] = max(believed[2], top - scene_config.grip.depth)
-        report = Primitive(scene, config, solver, repair).run(believed)
+        report = Grasp(Arm(scene, config, solver, repair)).run(believed)
         simulated = scene.time_s
     outcome, reason = classify(report)
     row = {

@@ -1,0 +1,137 @@
+"""The grasping primitive: approach from above, close, lift, carry to a bin, let go, go home."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pipeline.grasping.arm import Arm, Stopped
+from pipeline.grasping.outcome import Report
+
+Array = NDArray[np.float64]
+RESTING_SPEED = 0.02  # m/s below which a thing counts as lying still
+SHAKES = 4  # times the hand is shaken at most
+
+
+class Grasp:
+    """One attempt of an arm to grasp the thing that its scene is about."""
+
+    def __init__(self, arm: Arm) -> None:
+        """Take the arm, which is at idle with an open hand."""
+        arm.begin()
+        self.arm, self.scene, self.config, self.grip = arm, arm.scene, arm.config, arm.grip
+        self.report = Report(motions=arm.motions, swung=arm.swung)
+
+    def run(self, place: ArrayLike) -> Report:
+        """Grasp what is believed to be at a place and bring it to the bin on its side.
+
+        Args:
+            place: Believed centre of the thing, base frame [m], shape (3,).
+
+        Returns:
+            What happened; never raises for a failed grasp.
+        """
+        try:
+            self._pick(np.asarray(place, dtype=np.float64))
+            if self.report.lifted:
+                self._deposit(np.asarray(place, dtype=np.float64))
+            self.arm.go_home()
+        except Stopped as reason:
+            self.report.stopped = self.report.stopped or str(reason)
+        return self.report
+
+    def side(self, place: ArrayLike) -> str:
+        """Side of the area that a place is on: `left` or `right`, seen by the robot."""
+        middle = float(np.mean(self.scene.config.area.y))
+        return "left" if np.asarray(place)[1] > middle else "right"
+
+    def _pick(self, place: Array) -> None:
+        """Go to the thing, close the fingers and lift straight up."""
+        scene, grip = self.scene, self.grip
+        before = scene.thing_position()
+        self.arm.get_ready()
+        chosen = self.arm.reach(place, grip.yaws, grip.lift)
+        self.report.reach_error = chosen.error
+        if chosen.error > grip.tolerance:
+            raise Stopped(f"out of reach: best tip error {1e3 * chosen.error:.0f} mm")
+        scene.mark("ready")
+        self.arm.move("approach", chosen.joints, chosen.lifted)
+        self.report.pushed = float(np.linalg.norm(scene.thing_position() - before))
+        reached = self.arm.tip_pose()
+        self.report.tracking_error = float(np.linalg.norm(reached[:3] - chosen.pose[:3]))
+        scene.mark("at the object")
+        self._close()
+        scene.mark("closed")
+        self._count_touching()
+        rest = scene.thing_position()[2]
+        self.arm.move("lift", chosen.lifted)
+        scene.mark("after the lift")
+        self._count_touching()
+        risen = scene.thing_position()[2] - rest
+        self.report.lifted = bool(risen > self.config.lifted and self.report.touching[-1] > 0)
+        self.arm.holding = self.report.lifted
+
+    def _deposit(self, place: Array) -> None:
+        """Carry the thing over the bin on its side, let go, and see where it comes to rest."""
+        scene, side = self.scene, self.side(place)
+        if side not in scene.config.bins:
+            raise Stopped(f"there is no {side} bin")
+        box, grip = scene.config.bins[side], self.grip
+        over = np.array([*(box.drop or box.centre), box.floor + grip.release])
+        chosen = self.arm.reach(over, grip.release_yaws, 0.0)
+        if chosen.error > grip.tolerance:
+            raise Stopped(f"the {side} bin is out of reach by {1e3 * chosen.error:.0f} mm")
+        self.arm.move("transfer", chosen.joints, chosen.joints)
+        scene.mark("over the bin")
+        self._count_touching()
+        self.report.kept = self.report.touching[-1] > 0
+        scene.hand.let_go()
+        self.report.released, self.arm.holding = True, False
+        scene.wait(scene.config.hand.open_s)
+        scene.mark("let go")
+        self._shake_off()
+        self._wait_for_rest()
+        self.report.clinging = bool(scene.hand.touching(scene.thing))
+        self.report.bin = scene.bin_of_thing()
+
+    def _close(self) -> None:
+        """Pull until every finger has stalled, or the time is up."""
+        scene, hand = self.scene, self.scene.config.hand
+        begin, opened = scene.time_s, scene.hand.positions()
+        before = opened
+        scene.hand.close()
+        while scene.time_s - begin < hand.close_s:
+            scene.wait(hand.stall_s)
+            now = scene.hand.positions()
+            if np.abs(now - before).max() < hand.stall_speed * hand.stall_s:
+                break
+            before = now
+        self.report.closing_s = scene.time_s - begin
+        travel = np.abs(scene.hand.positions() - opened).max()
+        self.report.closing_share = float(travel / abs(scene.hand.closed - scene.hand.open))
+
+    def _shake_off(self) -> None:
+        """Knead and shake the hand while the thing sticks between its open fingers."""
+        arm, robot = self.arm, self.arm.robot
+        sway = np.zeros(robot.dof)
+        sway[-2:] = self.scene.config.hand.shake
+        middle = np.clip(arm.target, robot.lower + sway, robot.upper - sway)
+        for _ in range(SHAKES):
+            if not self.scene.hand.touching(self.scene.thing):
+                return
+            self.scene.hand.close()
+            self.scene.wait(0.5 * self.scene.config.hand.open_s)
+            self.scene.hand.let_go()
+            self.scene.wait(self.scene.config.hand.open_s)
+            waypoints = [arm.target, middle + sway, middle - sway, middle + sway, arm.target]
+            arm.follow(np.array(waypoints), self.config.timing.swing)
+
+    def _wait_for_rest(self) -> None:
+        """Wait until the dropped thing lies still, for as long as it would take to settle twice."""
+        for _ in range(4):
+            self.scene.wait(self.config.engine.settle_s / 2)
+            if self.scene.thing_velocity() < RESTING_SPEED:
+                return
+
+    def _count_touching(self) -> None:
+        self.report.touching.append(len(self.scene.hand.touching(self.scene.thing)))
