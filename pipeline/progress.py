@@ -11,6 +11,7 @@ from tqdm import tqdm
 
 Item = TypeVar("Item")
 LOGGER = logging.getLogger("cycleik_bench")
+_hidden = False
 
 
 def set_up_logging() -> None:
@@ -21,6 +22,12 @@ def set_up_logging() -> None:
         LOGGER.addHandler(handler)
         LOGGER.setLevel(logging.INFO)
         LOGGER.propagate = False
+
+
+def hide_bars() -> None:
+    """Draw no bars in this process: it is a worker, and its parent draws one for all."""
+    global _hidden
+    _hidden = True
 
 
 def bar(total: int, unit: str, description: str, initial: int = 0) -> Any:
@@ -34,6 +41,7 @@ def bar(total: int, unit: str, description: str, initial: int = 0) -> Any:
         mininterval=interval,
         file=sys.stderr,
         dynamic_ncols=True,
+        disable=_hidden,
     )
 
 

@@ -14,6 +14,7 @@ from omegaconf import MISSING
 
 from pipeline.agent.config import AgentConfig
 from pipeline.checks import at_least, one_of, ordered, positive, positive_all, within
+from pipeline.engine.config import EngineConfig
 from pipeline.evaluation.config import EvaluateConfig, SampleConfig
 from pipeline.grasping.config import GraspConfig
 from pipeline.learning.config import ConstraintConfig
@@ -234,6 +235,7 @@ class Config:
     grasp: GraspConfig = field(default_factory=GraspConfig)
     agent: AgentConfig = field(default_factory=AgentConfig)
     report: ReportConfig = field(default_factory=ReportConfig)
+    engine: EngineConfig = field(default_factory=EngineConfig)
 
     def __post_init__(self) -> None:
         """Refuse negative seeds, and results in the middle of the sources."""

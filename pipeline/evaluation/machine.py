@@ -12,7 +12,10 @@ from typing import Any
 import numba
 import torch
 
+from pipeline.engine.cores import usable_cores
 from pipeline.provenance import machine, versions
+
+__all__ = ["fingerprint_hash", "machine_fingerprint", "pinned", "usable_cores"]
 
 
 def machine_fingerprint(threads: int) -> dict[str, Any]:
@@ -32,13 +35,6 @@ def fingerprint_hash(fingerprint: dict[str, Any]) -> str:
     """Return eight hexadecimal digits that tell one fingerprint from another."""
     text = json.dumps(fingerprint, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:8]
-
-
-def usable_cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 @contextmanager

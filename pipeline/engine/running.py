@@ -1,0 +1,150 @@
+"""The one seam of everything that fans out: tasks in, outcomes out, wherever they run.
+
+A task must hold all that its result depends on, its seed included: then the rows are the same
+whatever the engine, and in whatever order the tasks end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
+from typing import TypeVar
+
+from pipeline.engine.config import JOBLIB, LOCAL, RAY, SLURM, EngineConfig
+from pipeline.engine.cores import usable_cores
+from pipeline.engine.errors import EngineError
+from pipeline.engine.task import Call, Outcome
+from pipeline.engine.windowed import Jobs, in_flight
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+
+def run_tasks(
+    engine: EngineConfig,
+    function: Callable[[Task], Result],
+    tasks: Sequence[Task],
+    finished: Callable[[int, Result], object] | None = None,
+    title: str = "tasks",
+) -> list[Result]:
+    """Run a function on every task and return the results in the order of the tasks.
+
+    The first task that raises ends the others. A worker that dies does not: its tasks are told
+    when all others have ended.
+
+    Args:
+        engine: Where and how many at a time.
+        function: A function of a module that workers can import.
+        tasks: Whatever can be pickled.
+        finished: Called in this process with number and result of each task as it ends, in any
+            order: the place to keep what must outlive a failure.
+        title: What a scheduler calls the jobs.
+
+    Raises:
+        EngineError: The engine cannot start, or workers died.
+        PipelineError: A task refused what it was given.
+        TaskFault: A task raised anything else.
+    """
+    if not fans_out(engine) or (engine.name == LOCAL and len(tasks) < 2):
+        return [_here(function, number, task, finished) for number, task in enumerate(tasks)]
+    results: dict[int, Result] = {}
+    deaths: dict[int, str] = {}
+    with closing(try_tasks(engine, function, tasks, title)) as endings:
+        for number, outcome in endings:
+            if outcome.lost:
+                deaths[number] = outcome.problem
+                continue
+            results[number] = outcome.result()
+            if finished is not None:
+                finished(number, results[number])
+    if deaths:
+        raise EngineError(
+            f"{len(deaths)} of {len(tasks)} tasks were lost with their workers, the first one "
+            f"(number {min(deaths)}): {deaths[min(deaths)]}. What the others finished is kept; the "
+            "same command goes on from there"
+        )
+    return [results[number] for number in range(len(tasks))]
+
+
+def try_tasks(
+    engine: EngineConfig,
+    function: Callable[[Task], Result],
+    tasks: Sequence[Task],
+    title: str = "tasks",
+) -> Generator[tuple[int, Outcome[Result]], None, None]:
+    """Run a function on every task and yield the number and outcome of each as it ends.
+
+    Nothing that happens to a task is raised here: see `Outcome`. Closing the generator ends the
+    tasks that still run.
+
+    Args:
+        engine: Where and how many at a time.
+        function: A function of a module that workers can import.
+        tasks: Whatever can be pickled.
+        title: What a scheduler calls the jobs.
+
+    Raises:
+        EngineError: The engine cannot start.
+    """
+    call = Call(function, threads_of(engine))
+    if not tasks:
+        return
+    if not fans_out(engine):
+        plain = Call(function, 0)
+        for number, task in enumerate(tasks):
+            yield number, plain(task)
+        return
+    if engine.name == JOBLIB:
+        from pipeline.engine.loky import loky_tasks
+
+        yield from loky_tasks(workers_of(engine), call, tasks)
+        return
+    yield from in_flight(_jobs(engine, title, len(tasks)), call, tasks)
+
+
+def fans_out(engine: EngineConfig) -> bool:
+    """Whether tasks leave this process; those of a single local worker do not."""
+    return engine.name != LOCAL or workers_of(engine) > 1
+
+
+def one_machine(engine: EngineConfig) -> bool:
+    """Whether all tasks run on this very machine."""
+    if engine.name == SLURM:
+        return engine.cluster != SLURM
+    return engine.name != RAY or engine.address == LOCAL
+
+
+def workers_of(engine: EngineConfig) -> int:
+    """Return how many tasks run at a time."""
+    return engine.workers or usable_cores()
+
+
+def threads_of(engine: EngineConfig) -> int:
+    """Return how many threads a task that left this process may use."""
+    return engine.cpus or max(usable_cores() // workers_of(engine), 1)
+
+
+def _here(
+    function: Callable[[Task], Result],
+    number: int,
+    task: Task,
+    finished: Callable[[int, Result], object] | None,
+) -> Result:
+    result = function(task)
+    if finished is not None:
+        finished(number, result)
+    return result
+
+
+def _jobs(engine: EngineConfig, title: str, count: int) -> Jobs:
+    if engine.name == SLURM:
+        from pipeline.engine.submitit_jobs import SubmititJobs
+
+        return SubmititJobs(engine, title)
+    if engine.name == RAY:
+        from pipeline.engine.ray_tasks import RayTasks
+
+        return RayTasks(engine)
+    from pipeline.engine.processes import Processes
+
+    return Processes(min(workers_of(engine), count))

@@ -1,0 +1,110 @@
+"""What travels to a worker and what comes back: a call that never raises, and its outcome."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from pipeline.engine.errors import EngineError, TaskFault
+from pipeline.errors import PipelineError
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+OURS = ("pipeline", "baselines", "robots")  # packages whose ValueErrors are sentences for the user
+
+
+@dataclass(frozen=True)
+class Outcome(Generic[Result]):
+    """How a task ended.
+
+    Attributes:
+        value: What it returned; None where it did not.
+        problem: The sentence of its error, or how its worker died; "" if all is well.
+        trace: Traceback of an error that is no sentence for the user.
+        lost: Whether the worker died, so that nobody knows what the task would have said.
+    """
+
+    value: Result | None = None
+    problem: str = ""
+    trace: str = ""
+    lost: bool = False
+
+    def result(self) -> Result:
+        """Return the value.
+
+        Raises:
+            EngineError: The worker died.
+            PipelineError: The task refused what it was given.
+            TaskFault: It raised anything else; the message has the traceback of the worker.
+        """
+        if self.lost:
+            raise EngineError(self.problem)
+        if self.trace:
+            raise TaskFault(f"{self.problem}\n\nIn the worker:\n{self.trace}")
+        if self.problem:
+            raise PipelineError(self.problem)
+        return self.value  # type: ignore[return-value]  # None only where a task returns None
+
+
+def lost(reason: str) -> Outcome[Any]:
+    """Return the outcome of a task whose worker died."""
+    return Outcome(problem=reason, lost=True)
+
+
+@dataclass(frozen=True)
+class Call(Generic[Task, Result]):
+    """A function as a worker runs it: on so many threads, and its errors brought home.
+
+    Attributes:
+        function: Found by its module and name, so that every machine can import it.
+        cpus: Threads that it may use; 0 leaves them alone.
+    """
+
+    function: Callable[[Task], Result]
+    cpus: int
+
+    def __call__(self, task: Task) -> Outcome[Result]:
+        """Run the task; only what ends the process escapes."""
+        hold_threads(self.cpus)
+        try:
+            return Outcome(self.function(task))
+        except KeyboardInterrupt:
+            return lost("interrupted")
+        except Exception as error:
+            sentence = f"{type(error).__name__}: {error}"
+            home = type(error).__module__.split(".")[0]
+            if isinstance(error, ValueError | ImportError) and home in OURS:
+                return Outcome(problem=str(error))
+            return Outcome(problem=sentence, trace=traceback.format_exc())
+
+
+@dataclass(frozen=True)
+class Batch(Generic[Task, Result]):
+    """A call on several tasks, one after another."""
+
+    call: Call[Task, Result]
+
+    def __call__(self, tasks: list[Task]) -> list[Outcome[Result]]:
+        """Run the tasks in order."""
+        return [self.call(task) for task in tasks]
+
+
+def hold_threads(count: int) -> None:
+    """Let the thread pools of this process have ``count`` threads; 0 leaves them alone.
+
+    Libraries that are not imported yet read their number from the environment when they are.
+    """
+    if not count:
+        return
+    for name in ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS"):
+        if name != "NUMBA_NUM_THREADS" or "numba" not in sys.modules:
+            os.environ[name] = str(count)
+    if "torch" in sys.modules:
+        sys.modules["torch"].set_num_threads(count)
+    if "numba" in sys.modules:
+        numba = sys.modules["numba"]
+        numba.set_num_threads(min(count, numba.config.NUMBA_NUM_THREADS))
