@@ -12,29 +12,11 @@ import yaml
 from numpy.typing import NDArray
 
 from robots.errors import DescriptionError, UnknownRobotError
+from robots.viewpoints import Camera, Picture
 
 Array = NDArray[np.float64]
 FOLDER = Path(__file__).parent
 FILE = "robot.yaml"
-
-
-@dataclass(frozen=True)
-class Picture:
-    """How the picture in a robot's README is taken; see `robots.picture`.
-
-    Attributes:
-        target: (3,) point in the middle of the picture, base of the URDF, m.
-        distance: From camera to target, m.
-        yaw: Turn of the camera about the vertical, deg.
-        pitch: Of the line of sight, deg; negative looks down.
-        seed: Of the random postures.
-    """
-
-    target: Array
-    distance: float
-    yaw: float
-    pitch: float
-    seed: int
 
 
 @dataclass(frozen=True)
@@ -57,6 +39,7 @@ class Description:
             sampling if not given.
         hand: What grasping needs; see the robot's README.
         picture: How the robot's picture is taken.
+        camera: What the robot sees with.
     """
 
     name: str
@@ -73,6 +56,7 @@ class Description:
     allowed_collisions: tuple[tuple[str, str, str], ...] | None = None
     hand: dict[str, Any] | None = None
     picture: Picture | None = None
+    camera: Camera | None = None
 
 
 def available_robots(folder: Path = FOLDER) -> list[str]:
@@ -131,6 +115,7 @@ def read_description(path: Path) -> Description:
         allowed_collisions=reader.pairs(),
         hand=reader.mapping("hand"),
         picture=reader.picture(),
+        camera=reader.camera(),
     )
 
 
@@ -198,6 +183,25 @@ class _Values:
         if type(value["seed"]) is not int or value["seed"] < 0:
             raise self._error("picture.seed", value["seed"], "a whole number, 0 or more")
         return Picture(target, distance, yaw, pitch, value["seed"])
+
+    def camera(self) -> Camera | None:
+        value = self.mapping("camera")
+        if value is None:
+            return None
+        known = {f.name for f in fields(Camera)}
+        if value.keys() != known:
+            raise self._error("camera", value, f"the keys {sorted(known)}")
+        position, rotation = (
+            self._array(f"camera.{key}", value[key], (3,)) for key in ("position", "rotation")
+        )
+        view = float(self._array("camera.field_of_view", value["field_of_view"], ()))
+        if not 0.0 < view < 180.0:
+            raise self._error("camera.field_of_view", view, "an angle between 0 and 180 deg")
+        for key in ("width", "height"):
+            if type(value[key]) is not int or value[key] < 1:
+                raise self._error(f"camera.{key}", value[key], "a whole number, 1 or more")
+        link, width, height = str(value["link"]), value["width"], value["height"]
+        return Camera(link, position, rotation, view, width, height)
 
     def mapping(self, key: str) -> dict[str, Any] | None:
         value = self.values.get(key)

@@ -11,9 +11,10 @@ import pybullet
 from numpy.typing import NDArray
 from PIL import Image
 
-from robots.description import FILE, Picture
+from robots.description import FILE
 from robots.errors import DescriptionError
 from robots.robot import Robot
+from robots.viewpoints import Picture
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,77 @@
+"""What a detector says: the protocol between pictures and things, and things on the table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Detection:
+    """One thing in a picture.
+
+    Pixel (0, 0) is the upper left corner of the upper left pixel, whose centre is (0.5, 0.5).
+
+    Attributes:
+        name: Its class.
+        score: How sure the detector is, 0 to 1.
+        box: x0, y0, x1, y1 around what is seen of it [pixels].
+        centroid: u, v of its centre [pixels]: the picture of the middle of the body, which for a
+            bent thing is not the middle of its box.
+    """
+
+    name: str
+    score: float
+    box: tuple[float, float, float, float]
+    centroid: tuple[float, float]
+
+
+class Detector(Protocol):
+    """Finds things of known classes in a picture.
+
+    Attributes:
+        names: The classes.
+    """
+
+    names: tuple[str, ...]
+
+    def detect(self, image: NDArray[np.uint8]) -> list[Detection]:
+        """Find things.
+
+        Args:
+            image: Red, green, blue, shape (height, width, 3).
+
+        Returns:
+            What was found, the surest first.
+
+        Raises:
+            PerceptionError: The picture has another shape or type.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """A detection with its place.
+
+    Attributes:
+        detection: What was seen in the picture.
+        position: x, y, z of its centre, base frame [m], on the plane of the centroid height of its
+            class, shape (3,).
+    """
+
+    detection: Detection
+    position: NDArray[np.float64]
+
+    @property
+    def name(self) -> str:
+        """Its class."""
+        return self.detection.name
+
+    @property
+    def score(self) -> float:
+        """How sure the detector is, 0 to 1."""
+        return self.detection.score

@@ -1,0 +1,58 @@
+"""Load a detector by its configuration, and see: from a picture to things on the table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.perception.camera import EyeCamera
+from pipeline.perception.config import PerceptionConfig
+from pipeline.perception.detection import Detector, Sighting
+from pipeline.perception.errors import PerceptionError
+
+if TYPE_CHECKING:
+    from robots import Robot
+
+
+def load_detector(config: PerceptionConfig, robot: Robot) -> Detector:
+    """Load the detector that a configuration names.
+
+    Args:
+        config: Kind of detector, its weights or model, and the least score.
+        robot: Whose things it is to find.
+
+    Raises:
+        PerceptionError: There are no weights, or they are of other things.
+    """
+    raise PerceptionError(f"there is no detector of kind '{config.detector}' yet")
+
+
+def see(
+    image: NDArray[np.uint8], detector: Detector, camera: EyeCamera, heights: Mapping[str, float]
+) -> list[Sighting]:
+    """Find things in a picture and their places on the table.
+
+    Args:
+        image: Red, green, blue, shape (height, width, 3).
+        detector: Finds things.
+        camera: Has taken the picture.
+        heights: z of the centre of each class as it lies on the table, base frame [m]; a class that
+            is not in it is not seen.
+
+    Returns:
+        What was seen and where, the surest first. What looks above the plane of its class, and so
+        cannot lie on the table, is left out.
+    """
+    sightings = []
+    for detection in detector.detect(image):
+        if detection.name not in heights:
+            continue
+        try:
+            place = camera.project([detection.centroid], heights[detection.name])[0]
+        except PerceptionError:
+            continue
+        sightings.append(Sighting(detection, place))
+    return sightings
