@@ -6,14 +6,13 @@ value that cannot be raises `ValueError` with the key, the value and the range.
 
 from __future__ import annotations
 
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from omegaconf import MISSING
 
 from pipeline.agent.config import AgentConfig
-from pipeline.checks import at_least, one_of, ordered, positive, positive_all, within
+from pipeline.checks import at_least, one_of, positive, positive_all, within
 from pipeline.engine.config import EngineConfig
 from pipeline.evaluation.config import EvaluateConfig, SampleConfig
 from pipeline.grasping.config import GraspConfig
@@ -21,6 +20,7 @@ from pipeline.learning.config import ConstraintConfig
 from pipeline.perception.config import PerceptionConfig
 from pipeline.planning.config import PlanConfig
 from pipeline.reporting.config import ReportConfig
+from pipeline.tuning.config import TuneConfig, check_space
 
 
 @dataclass
@@ -159,66 +159,6 @@ class TrainConfig:
 
 
 @dataclass
-class Range:
-    """A range that Optuna draws from; ``step`` 0 means continuous."""
-
-    low: float = MISSING
-    high: float = MISSING
-    step: float = MISSING
-    log: bool = MISSING
-
-    def __post_init__(self) -> None:
-        """Refuse empty ranges."""
-        ordered("tune.space", self.low, self.high)
-        at_least("tune.space: step", self.step, 0)
-        if self.log is True:
-            positive("tune.space: low of a range with log: true", self.low)
-            if self.step not in (0, 1):
-                raise ValueError(
-                    f"tune.space: the step of a range with log: true must be 0 (continuous) or 1 "
-                    f"(whole numbers), got {self.step}"
-                )
-
-
-@dataclass
-class TuneConfig:
-    """Search space and budget of the hyperparameter search."""
-
-    trials: int = MISSING
-    epochs: int = MISSING
-    poses: int = MISSING
-    sampler: str = MISSING
-    objective_position: float = MISSING
-    objective_rotation: float = MISSING
-    space: dict[str, Range] = MISSING
-
-    def __post_init__(self) -> None:
-        """Refuse a search without trials, unknown samplers, and axes that no trial could set."""
-        positive("tune.trials", self.trials)
-        positive("tune.epochs", self.epochs)
-        at_least("tune.poses", self.poses, 0)
-        one_of("tune.sampler", self.sampler, ("tpe", "random"))
-        at_least("tune.objective_position", self.objective_position, 0)
-        at_least("tune.objective_rotation", self.objective_rotation, 0)
-        if isinstance(self.space, dict):
-            for name in self.space:
-                one_of("tune.space", name, search_axes())
-
-
-def search_axes() -> list[str]:
-    """Return what a search may vary: the numbers of train and model, and the hidden layers.
-
-    Epochs, validations and poses are not among them: `tune` says how long every trial trains.
-    """
-    numbers = {f.name for group in (TrainConfig, ModelConfig) for f in fields(group) if _counts(f)}
-    return sorted({"layers", "neurons"} | numbers - {"epochs", "validations", "poses"})
-
-
-def _counts(field_: Field[Any]) -> bool:
-    return field_.type in ("int", "float")
-
-
-@dataclass
 class Config:
     """Everything a stage may ask for."""
 
@@ -240,8 +180,9 @@ class Config:
     engine: EngineConfig = field(default_factory=EngineConfig)
 
     def __post_init__(self) -> None:
-        """Refuse negative seeds, and results in the middle of the sources."""
+        """Refuse negative seeds, axes of no key, and results in the middle of the sources."""
         at_least("seed", self.seed, 0)
+        check_space(self.tune.space, (TrainConfig, ModelConfig))
         if Path(self.results_dir) == Path():
             raise ValueError(
                 f"results_dir must name a folder for the results, got '{self.results_dir}'"

@@ -13,7 +13,6 @@ from baselines import Solver
 from pipeline.artifacts import Artifacts
 from pipeline.config import compose, to_dict
 from pipeline.data.dataset import CARD, DatasetError, card_config
-from pipeline.data.files import read_yaml
 from pipeline.errors import ConfigError, choices
 from pipeline.learning.weights import CARD as WEIGHTS_CARD
 from pipeline.learning.weights import read_card, shipped_weights
@@ -22,6 +21,7 @@ from pipeline.provenance import ROOT
 from pipeline.settings import Config
 from pipeline.solvers import is_neural, load_solver, models_of
 from pipeline.stages import run_stage
+from pipeline.tuning.best import read_best
 from robots import Robot, available_robots, load_robot
 
 DATA_KEYS = ("train", "validation", "test")
@@ -158,6 +158,7 @@ def trained_config(config: Config) -> Config:
         folders.tune(config.robot.name) / "best.yaml",
         f"python -m pipeline tune robot={config.robot.name} profile={config.profile}",
     )
-    best = read_yaml(path)
-    train = replace(config.train, **best["train"])
-    return replace(config, train=train, model=replace(config.model, **best["model"]))
+    train, model = read_best(path, config)
+    return replace(
+        config, train=replace(config.train, **train), model=replace(config.model, **model)
+    )

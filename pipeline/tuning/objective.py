@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import torch
 from optuna import Trial
 from optuna.exceptions import TrialPruned
+from torch import Tensor
 
 from pipeline.data.dataset import PoseSet
+from pipeline.errors import PipelineError
 from pipeline.learning.networks import build_network, parameter_count
 from pipeline.learning.objective import CycleObjective
-from pipeline.learning.trainer import Run, Trainer, TrainingError
+from pipeline.learning.trainer import Run, Trainer
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config, ModelConfig, Range, TrainConfig
+from pipeline.settings import Config
+from pipeline.tuning.sampling import WHOLE
+from pipeline.tuning.space import check, draw
 from robots import Robot
+
+JUDGED_AT_ONCE = 4096  # poses of the validation set, for the memory of wide layers
+CYCLE_KINDS = ("mlp", "experts")
+MM = 1e-3
 
 
 @dataclass(frozen=True)
@@ -34,57 +43,90 @@ class Objective:
     validation: PoseSet
 
     def __call__(self, trial: Trial) -> float:
-        """Train one drawn configuration and return its objective; NaN and overflow are failures."""
+        """Train one drawn configuration and return its objective.
+
+        Raises:
+            TrialPruned: It is among the worst where the pruner looks.
+            ArithmeticError: The loss is no number any more.
+        """
         tune = self.config.tune
         train, model = draw(trial, self.config)
         seed = derive_seed(self.config.seed, "tune", self.robot.name, trial.number)
         torch.manual_seed(seed)
         network = build_network(self.robot, model)
         trial.set_user_attr("parameters", parameter_count(network))
-        trial.set_user_attr("hidden", model.hidden)
-        run = Run(seed=seed, digest="", label=f"trial {trial.number}")
+        poses = self.train.first(tune.poses)
+        total = len(poses.poses) // train.batch_size * train.epochs
+        values: list[float] = []
+
+        def report(step: int, row: dict[str, float]) -> None:
+            value = judge(trainer, held_out)
+            values.append(value)
+            if not math.isfinite(value):
+                raise ArithmeticError(f"the validation loss is {value} after {step} steps")
+            if tune.pruner.kind != "none":
+                trial.report(value, round(WHOLE * step / total))
+                if step < total and trial.should_prune():
+                    raise TrialPruned
+            _note_errors(trial, row)
+
+        run = Run(seed=seed, digest="", label=f"trial {trial.number}", report=report)
         trainer = Trainer(self.robot, network, train, run)
-        objective = trainer.objective
-        if not isinstance(objective, CycleObjective):
-            raise TrainingError(f"tune searches networks of the cycle, not model.kind={model.kind}")
-        progress = trainer.fit(self.train.first(tune.poses), self.validation)
-        trial.set_user_attr("position_error_mm", progress.curve[-1]["validation_position_error_mm"])
-        trial.set_user_attr(
-            "rotation_error_deg", progress.curve[-1]["validation_rotation_error_deg"]
-        )
         held_out = trainer.tensor(self.validation.poses)
-        position, rotation = objective.validation_losses(held_out)
-        value = tune.objective_position * position + tune.objective_rotation * rotation
-        if value != value:
-            raise TrialPruned("the validation loss is NaN")
+        judge = Judge(self.robot, self.config)
+        try:
+            trainer.fit(poses, self.validation)
+            return values[-1]  # the last step is always reported
+        finally:
+            if trainer.device.type == "cuda":
+                torch.cuda.empty_cache()  # what ran out of memory must not starve the next trial
+
+
+@dataclass(frozen=True)
+class Judge:
+    """The objective of a network: one scale for all trials, whatever losses they train with.
+
+    Attributes:
+        robot: The robot.
+        config: Fixed weights, and the losses of the run itself.
+    """
+
+    robot: Robot
+    config: Config
+
+    def __call__(self, trainer: Trainer, poses: Tensor) -> float:
+        """Return the objective of a network on poses (N, 7)."""
+        tune = self.config.tune
+        weights = tune.objective_position, tune.objective_rotation
+        if tune.objective == "errors":
+            position, rotation = trainer.objective.errors(poses)
+            means = MM * float(position.mean()), math.radians(float(rotation.mean()))
+            return weights[0] * means[0] + weights[1] * means[1]
+        fixed = replace(self.config.train, position_weight=weights[0], rotation_weight=weights[1])
+        # Of a network with several hypotheses the best counts, best by these weights.
+        judged = CycleObjective(self.robot, trainer.network, fixed, trainer.device)
+        value = 0.0
+        for part in poses.split(JUDGED_AT_ONCE):
+            losses = judged.validation_losses(part)
+            share = len(part) / len(poses)
+            value += share * (weights[0] * losses[0] + weights[1] * losses[1])
         return value
 
 
-def draw(trial: Trial, config: Config) -> tuple[TrainConfig, ModelConfig]:
-    """Draw training and architecture from the ranges of the search space.
+def check_search(config: Config) -> None:
+    """Refuse a search that no trial of could end well.
 
-    ``layers`` and ``neurons`` make the hidden layers, each of a width of its own; every other axis
-    is a key of the groups train or model.
+    Raises:
+        PipelineError: The objective is not for this kind of model, or the space cannot be.
     """
-    space = dict(config.tune.space)
-    layers = int(_suggest(trial, "layers", space.pop("layers")))
-    neurons = space.pop("neurons")
-    hidden = [int(_suggest(trial, f"neurons_{i}", neurons)) for i in range(layers)]
-    model = {**vars(config.model), "name": "trial", "hidden": hidden}
-    train = dict(vars(config.train))
-    train.update(epochs=config.tune.epochs, validations=1)
-    for name, limits in space.items():
-        group = model if name in model else train
-        drawn = _suggest(trial, name, limits)
-        group[name] = type(group[name])(drawn)
-    return TrainConfig(**train), ModelConfig(**model)
-
-
-def _suggest(trial: Trial, name: str, limits: Range) -> float:
-    if limits.step and all(float(v).is_integer() for v in (limits.low, limits.high, limits.step)):
-        return trial.suggest_int(
-            name, int(limits.low), int(limits.high), step=int(limits.step), log=limits.log
+    if config.tune.objective == "losses" and config.model.kind not in CYCLE_KINDS:
+        raise PipelineError(
+            f"tune.objective=losses is for networks of kind {' and '.join(CYCLE_KINDS)}: "
+            f"set tune.objective=errors for model.kind={config.model.kind}"
         )
-    return trial.suggest_float(
-        name, limits.low, limits.high, step=limits.step or None, log=limits.log
-    )
+    check(config)
+
+
+def _note_errors(trial: Trial, row: dict[str, float]) -> None:
+    for name in ("position_error_mm", "rotation_error_deg"):
+        trial.set_user_attr(name, row[f"validation_{name}"])

@@ -1,29 +1,57 @@
-"""A study on disk that can be stopped anywhere and goes on to the number of trials asked for."""
+"""A study that can be stopped anywhere and goes on to exactly the number of trials asked for."""
 
 from __future__ import annotations
 
+import math
+import time
 import warnings
 from collections.abc import Callable
-from pathlib import Path
+from dataclasses import dataclass
 
 import optuna
-import pandas as pd
 from optuna import Study, Trial
 from optuna.exceptions import ExperimentalWarning
-from optuna.samplers import BaseSampler, RandomSampler, TPESampler
-from optuna.storages import JournalStorage
-from optuna.storages.journal import JournalFileBackend
-from optuna.trial import TrialState
+from optuna.trial import FrozenTrial, TrialState
 
 from pipeline.config import to_dict
 from pipeline.errors import PipelineError
-from pipeline.progress import bar
+from pipeline.progress import LOGGER
 from pipeline.provenance import digest
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config, TuneConfig
+from pipeline.settings import Config
+from pipeline.tuning.sampling import make_pruner, make_sampler
+from pipeline.tuning.space import starting_points
+from pipeline.tuning.storage import Store
 
 FINISHED = (TrialState.COMPLETE, TrialState.PRUNED)
-PATIENCE = 20  # failed trials beyond which a search counts as hopeless
+# What a configuration can do to its trial: out of memory is a RuntimeError of torch, or this.
+FAULTS = (RuntimeError, ValueError, MemoryError, ArithmeticError)
+START, REASON = "start", "reason"  # attributes of trials
+ABANDONED = "its worker died"
+# How a study is run, not what its trials are: another value goes on with the same study.
+RUNNING_OF_IT = ("trials", "workers", "storage", "heartbeat_s", "stop", "contest")
+POLL_S = 0.2
+Objective = Callable[[Trial], float]
+
+
+@dataclass(frozen=True)
+class Tally:
+    """How far a study is.
+
+    Attributes:
+        finished: Complete and pruned trials.
+        running: Trials that a living worker runs.
+        failed: Failed trials.
+        failed_in_a_row: Latest trials that failed without one between them that ended well; those
+            whose worker was killed say nothing.
+        stalled: Finished trials since the best one.
+    """
+
+    finished: int
+    running: int
+    failed: int
+    failed_in_a_row: int
+    stalled: int
 
 
 def study_name(config: Config, data: str = "") -> str:
@@ -35,62 +63,160 @@ def study_name(config: Config, data: str = "") -> str:
         config: The configuration of the search.
         data: Digest of the pose sets.
     """
-    shape = {**to_dict(config.tune), "trials": None}
+    shape = {k: v for k, v in to_dict(config.tune).items() if k not in RUNNING_OF_IT}
     parts = [shape, to_dict(config.train), to_dict(config.model), data, config.seed]
     return f"{config.robot.name}-{config.model.name}-{digest(parts)}"
 
 
-def open_study(path: Path, config: Config, data: str = "") -> Study:
-    """Open the study of a journal file or start it; trials that a kill cut off become failures."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+def open_study(store: Store, config: Config, data: str = "") -> Study:
+    """Open a study or start it, with its first trials queued, and fail those that were cut off."""
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     warnings.filterwarnings("ignore", category=ExperimentalWarning)
-    study = optuna.create_study(
-        study_name=study_name(config, data),
-        storage=JournalStorage(JournalFileBackend(str(path))),
-        direction="minimize",
-        load_if_exists=True,
-    )
-    for trial in study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
-        study.tell(trial.number, state=TrialState.FAIL)
+    name = study_name(config, data)
+    with store.claim(name):
+        study = optuna.create_study(
+            study_name=name,
+            storage=store.storage,
+            direction="minimize",
+            pruner=make_pruner(config.tune.pruner),
+            load_if_exists=True,
+        )
+        _bury(store, study)
+        _queue_starts(study, config)
+    for index, (_, problem) in enumerate(starting_points(config)):
+        if problem:
+            LOGGER.info("tune.start[%d] is left out: %s", index, problem)
     return study
 
 
-def run_trials(study: Study, objective: Callable[[Trial], float], config: Config) -> None:
+def run_trials(
+    store: Store,
+    study: Study,
+    objective: Objective,
+    config: Config,
+    go_on: Callable[[], bool] = lambda: True,
+) -> None:
     """Run trials until the study has ``tune.trials`` finished ones; failed ones are made up for.
 
-    Every trial draws from a sampler seeded by its number, so a study that was stopped between two
-    trials goes on as if it had not been, and no draw repeats.
+    Any number of workers may do this at once. A worker claims the study, counts what is finished
+    and what others run, and begins a trial only if those are too few; the last ones wait, in case a
+    trial of another has to be made up for. Every trial draws from a sampler seeded by its number,
+    so no draw repeats, and one worker alone draws the same trials every time.
+
+    Args:
+        store: Where the study is kept.
+        study: The study.
+        objective: Returns what is minimised.
+        config: Trials asked for, sampler, seed.
+        go_on: Asked between trials.
 
     Raises:
         PipelineError: Trial after trial failed.
     """
-    done = len(study.get_trials(deepcopy=False, states=FINISHED))
-    with bar(config.tune.trials, "trial", f"tune {config.robot.name}", done) as shown:
-        while done < config.tune.trials:
-            number = len(study.get_trials(deepcopy=False))
-            study.sampler = sampler(config.tune, derive_seed(config.seed, "sampler", number))
-            study.optimize(objective, n_trials=1, catch=(RuntimeError, ValueError, MemoryError))
-            done = len(study.get_trials(deepcopy=False, states=FINISHED))
-            shown.update(done - shown.n)
-            failed = study.get_trials(deepcopy=False, states=(TrialState.FAIL,))
-            if len(failed) > PATIENCE + config.tune.trials:
-                raise PipelineError(
-                    f"{len(failed)} trials of {study.study_name} failed: look at tune.space"
-                )
+    while go_on():
+        with store.claim(study.study_name) as release:
+            _bury(store, study)
+            _queue_starts(study, config)
+            tally = count(study)
+            if is_over(tally, config):
+                return
+            if tally.finished + tally.running < config.tune.trials:
+                _one(store, study, objective, config, release)
+                continue
+        time.sleep(POLL_S)
 
 
-def sampler(tune: TuneConfig, seed: int) -> BaseSampler:
-    """Return the sampler that ``tune.sampler`` names."""
-    if tune.sampler == "random":
-        return RandomSampler(seed=seed)
-    return TPESampler(seed=seed, multivariate=True, group=True)
+def is_over(tally: Tally, config: Config) -> bool:
+    """Whether a study has what was asked of it, or no longer gets better.
+
+    Raises:
+        PipelineError: Trial after trial failed.
+    """
+    stop = config.tune.stop
+    if tally.finished >= config.tune.trials:
+        return True
+    if stop.failures and tally.failed_in_a_row >= stop.failures:
+        raise PipelineError(
+            f"{tally.failed_in_a_row} trials in a row failed: look at tune.space and at the column "
+            "reason of trials.csv; tune.stop.failures=0 tries on"
+        )
+    return bool(stop.stall and tally.stalled >= stop.stall)
 
 
-def trials_table(study: Study) -> pd.DataFrame:
-    """Return one row for each trial: number, state, objective, drawn values, errors; no clock."""
-    rows = []
-    for trial in study.get_trials(deepcopy=False):
-        row = {"number": trial.number, "state": trial.state.name, "objective": trial.value}
-        rows.append({**row, **trial.params, **trial.user_attrs})
-    return pd.DataFrame(rows)
+def count(study: Study) -> Tally:
+    """Return how far a study is."""
+    trials = study.get_trials(deepcopy=False)
+    finished = [trial for trial in trials if trial.state in FINISHED]
+    in_a_row = 0
+    for trial in trials:
+        if trial.state == TrialState.FAIL:
+            in_a_row += not _abandoned(trial)
+        elif trial.state in FINISHED:
+            in_a_row = 0
+    complete = [trial for trial in finished if trial.state == TrialState.COMPLETE]
+    best = min(complete, key=lambda trial: (trial.value, trial.number), default=None)
+    return Tally(
+        finished=len(finished),
+        running=sum(trial.state == TrialState.RUNNING for trial in trials),
+        failed=sum(trial.state == TrialState.FAIL for trial in trials),
+        failed_in_a_row=in_a_row,
+        stalled=0 if best is None else sum(trial.number > best.number for trial in finished),
+    )
+
+
+def _one(
+    store: Store, study: Study, objective: Objective, config: Config, release: Callable[[], None]
+) -> None:
+    """Begin a trial within the claim, release it, and run the trial to its end."""
+    waiting = study.get_trials(deepcopy=False, states=(TrialState.WAITING,))
+    number = waiting[0].number if waiting else len(study.get_trials(deepcopy=False))
+    study.sampler = make_sampler(config.tune, derive_seed(config.seed, "sampler", number))
+    ended: list[int] = []
+
+    def begin(trial: Trial) -> float:
+        store.begin(trial)
+        release()
+        try:
+            value = objective(trial)
+            if not math.isfinite(value):
+                raise ArithmeticError(f"the objective is {value}")
+        except FAULTS as error:
+            ended.append(trial.number)
+            trial.set_user_attr(REASON, _sentence(error))
+            raise
+        ended.append(trial.number)
+        return value
+
+    try:
+        study.optimize(begin, n_trials=1, catch=FAULTS)
+    except Exception:
+        # This worker was taken for dead, so another has made up for its trial: Optuna, which cannot
+        # end a trial twice, raises whatever comes.
+        if not ended or study.get_trials(deepcopy=False)[ended[0]].state != TrialState.FAIL:
+            raise
+        LOGGER.warning("trial %d came too late and does not count", ended[0])
+
+
+def _bury(store: Store, study: Study) -> None:
+    """Fail the trials whose worker is dead; within the claim."""
+    for trial in store.abandoned(study):
+        study._storage.set_trial_user_attr(trial._trial_id, REASON, ABANDONED)
+        study.tell(trial.number, state=TrialState.FAIL)
+
+
+def _queue_starts(study: Study, config: Config) -> None:
+    """Queue the trials of ``tune.start`` that are not there yet, or were cut off."""
+    for index, (point, problem) in enumerate(starting_points(config)):
+        tried = [t for t in study.get_trials(deepcopy=False) if t.user_attrs.get(START) == index]
+        if not problem and all(_abandoned(trial) for trial in tried):
+            study.enqueue_trial(point, user_attrs={START: index})
+
+
+def _abandoned(trial: FrozenTrial) -> bool:
+    failed = trial.state == TrialState.FAIL
+    return failed and trial.user_attrs.get(REASON, ABANDONED) == ABANDONED
+
+
+def _sentence(error: BaseException) -> str:
+    lines = str(error).strip().splitlines()
+    return f"{type(error).__name__}: {lines[0]}" if lines else type(error).__name__

@@ -72,10 +72,13 @@ def test_from_is_a_key_although_python_reserves_the_word() -> None:
         ("evaluate.not_found=maybe", ["idle", "nan", "maybe"]),
         ("grasp.trials=-5", ["grasp.trials", "-5"]),
         ("plan.pairs=0", ["plan.pairs"]),
-        ("tune.space.layers.low=9", ["low", "high"]),
+        ("tune.space.hidden.low=9", ["low", "high"]),
         ("tune.space.learning_rate.low=0", ["log: true", "greater than 0"]),
         ("tune.space.learning_rate.step=0.1", ["log: true", "0.1"]),
-        ("+tune.space.foo={low:1,high:2,step:1,log:false}", ["'foo'", "learning_rate"]),
+        ("tune.space.learning_rate.kind=choice", ["choices"]),
+        ("tune.space.hidden.kind=int", ["tune.space.hidden", "layers"]),
+        ("tune.storage=mysql://host/db", ["journal", "postgresql://"]),
+        ("+tune.space.foo={kind:int,low:1,high:2}", ["'foo'", "learning_rate"]),
         ("tune.objective_position=-1", ["tune.objective_position", "-1"]),
         ("grasp.recording.width=0", ["grasp.recording.width", "greater than 0"]),
         ("grasp.recording.rate=-5", ["grasp.recording.rate", "greater than 0"]),
@@ -116,7 +119,7 @@ def test_a_sweep_is_the_product_of_its_lists_in_order() -> None:
 
 
 def test_a_new_axis_of_the_search_is_a_number_of_train_or_model() -> None:
-    axis = compose(["+tune.space.weight_decay={low:0,high:0.1,step:0,log:false}"]).tune.space
+    axis = compose(["+tune.space.weight_decay={kind:float,low:0,high:0.1}"]).tune.space
     assert axis["weight_decay"].high == 0.1
 
 

@@ -1,0 +1,88 @@
+"""What a study leaves: its trials as CSV, the best one as YAML, figures, a table like Table I."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from omegaconf import OmegaConf
+from optuna import Study
+from optuna.trial import FrozenTrial, TrialState
+
+from pipeline.config import to_dict
+from pipeline.data.files import write_json, write_text
+from pipeline.errors import PipelineError
+from pipeline.settings import Config
+from pipeline.tuning.figures import write_figures
+from pipeline.tuning.journal import WORKER
+from pipeline.tuning.space import draw
+from pipeline.tuning.study import START, count
+
+MADE_BY = "# The best trial of `python -m pipeline tune`; `train.from=best` takes it.\n"
+TRIALS, BEST, METRICS = "trials.csv", "best.yaml", "metrics.json"
+
+
+def write_outputs(study: Study, folder: Path, config: Config) -> None:
+    """Write trials.csv, best.yaml, metrics.json and the figures.
+
+    Raises:
+        PipelineError: No trial ended well.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_trials(study, folder)
+    if not study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,)):
+        raise PipelineError(f"no trial of {study.study_name} ended well: look at tune.space")
+    write_text(folder / BEST, MADE_BY + OmegaConf.to_yaml(OmegaConf.create(best(study, config))))
+    tally = count(study)
+    metrics = {
+        "objective": study.best_value,
+        "trials": tally.finished,
+        "asked": config.tune.trials,
+        "failed": tally.failed,
+    }
+    write_json(folder / METRICS, metrics)
+    write_figures(study, folder, config.robot.name)
+
+
+def write_trials(study: Study, folder: Path) -> None:
+    """Write trials.csv."""
+    folder.mkdir(parents=True, exist_ok=True)
+    write_text(folder / TRIALS, trials_table(study).to_csv(index=False))
+
+
+def trials_table(study: Study) -> pd.DataFrame:
+    """Return one row for each trial: number, state, objective, drawn values, errors; no clock."""
+    trials = study.get_trials(deepcopy=False)
+    return pd.DataFrame([_row(trial) for trial in trials if trial.state != TrialState.WAITING])
+
+
+def best(study: Study, config: Config) -> dict[str, Any]:
+    """Return what the best trial drew, by group, and what it is the best of."""
+    trial = study.best_trial
+    train, model = (to_dict(group) for group in draw(trial, config))
+    searched = list(config.tune.space)
+    return {
+        "train": {key: train[key] for key in searched if key in train},
+        "model": {key: model[key] for key in searched if key in model},
+        "of": {
+            "study": study.study_name,
+            "robot": config.robot.name,
+            "model": config.model.name,
+            "kind": config.model.kind,
+            "trial": trial.number,
+            "objective": trial.value,
+        },
+    }
+
+
+def _row(trial: FrozenTrial) -> dict[str, Any]:
+    attributes = {k: v for k, v in trial.user_attrs.items() if k not in (WORKER, START)}
+    return {
+        "number": trial.number,
+        "state": trial.state.name,
+        "objective": trial.value,
+        "drawn": START not in trial.user_attrs,
+        **trial.params,
+        **attributes,
+    }
