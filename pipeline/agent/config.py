@@ -50,10 +50,20 @@ class VocabularyConfig:
     verbs: dict[str, list[str]] = MISSING
     objects: dict[str, list[str]] = MISSING
     groups: dict[str, list[str]] = MISSING
+    everything: list[str] = MISSING
+    clearing: list[str] = MISSING
+    selectors: dict[str, list[str]] = MISSING
+    orders: dict[str, list[str]] = MISSING
     faces: dict[str, list[str]] = MISSING
     places: dict[str, list[str]] = MISSING
-    everything: list[str] = MISSING
+    pronouns: list[str] = MISSING
+    negations: list[str] = MISSING
+    exceptions: list[str] = MISSING
+    sequence: list[str] = MISSING
+    beginnings: list[str] = MISSING
+    relations: list[str] = MISSING
     politeness: list[str] = MISSING
+    idle: list[str] = MISSING
 
     def __post_init__(self) -> None:
         """Refuse verbs for actions that there are not."""
