@@ -144,7 +144,14 @@ class Arm:
         rule = self.config.motions[name]
         points = motion_control_points(self.robot, self.target, target, rule, self.grip.scale)
         return plan_motion(
-            self.robot, self.solver, self.target, target, points, rule.steps, repair=self.repair
+            self.robot,
+            self.solver,
+            self.target,
+            target,
+            points,
+            rule.steps,
+            repair=self.repair,
+            reroute=rule.reroute,
         )
 
     def _unfit(self, motion: Motion) -> bool:

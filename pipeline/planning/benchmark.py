@@ -15,8 +15,10 @@ from pipeline.data.rows import KeptRows
 from pipeline.planning.config import MotionConfig, PlanConfig
 from pipeline.planning.continuity import branch_flips, joint_steps, kernel_options
 from pipeline.planning.control import control_points
-from pipeline.planning.motion import Motion, plan_motion, tip_path
+from pipeline.planning.motion import Motion, plan_motion
+from pipeline.planning.path import tip_path
 from pipeline.planning.reach import judge_path
+from robots.rotations import rotation_angle
 
 if TYPE_CHECKING:
     from baselines import Solver
@@ -64,7 +66,14 @@ def plan_by_rule(
     start_pose = robot.forward_kinematics(pair.start)[0]
     inner = control_points(start_pose, pair.target, rule)
     return plan_motion(
-        robot, solver, start_pose, pair.target, inner, steps=rule.steps, repair=repair
+        robot,
+        solver,
+        start_pose,
+        pair.target,
+        inner,
+        steps=rule.steps,
+        repair=repair,
+        reroute=rule.reroute,
     )
 
 
@@ -119,8 +128,9 @@ def benchmark(
 
     Returns:
         One raw row a pair and solver: plan time, tip error along the path, largest joint step,
-        branch flips, waypoints found, limit and collision violations; of the batched query alone
-        the same under `query_`; and what the path allows any planner, see `reach.judge_path`.
+        branch flips, waypoints found, limit and collision violations, and if another curve was
+        driven how far that leads away; of the batched query alone the same under `query_`; and what
+        the path that was asked for allows any planner, see `reach.judge_path`.
     """
     pairs = random_pairs(robot, config.pairs, seed)
     options = kernel_options(baselines.load("lm", robot))
@@ -137,7 +147,7 @@ def benchmark(
                     warm = True
                 motion = plan_pair(robot, solver, pair, config, repair)
                 if number not in verdicts:
-                    verdicts[number] = asdict(judge_path(robot, motion.poses, options))
+                    verdicts[number] = asdict(judge_path(robot, motion.asked, options))
                 row = {"robot": robot.name, "solver": name, "pair": number}
                 row |= {**verdicts[number], **judge(robot, motion)}
                 kept.put(row)
@@ -154,7 +164,9 @@ def judge(robot: Robot, motion: Motion) -> dict[str, float | int | bool]:
         motion.joints > robot.upper + LIMIT_SLACK
     )
     answered = robot.forward_kinematics(motion.answers)[:, :3]
-    query_error_mm = 1e3 * np.linalg.norm(answered - motion.poses[:, :3], axis=1)
+    query_error_mm = 1e3 * np.linalg.norm(answered - motion.asked[:, :3], axis=1)
+    away_mm = 1e3 * np.linalg.norm(motion.poses[:, :3] - motion.asked[:, :3], axis=1)
+    turned = rotation_angle(motion.poses[:, 3:], motion.asked[:, 3:])
     return {
         "plan_time_ms": motion.time_s * MS_PER_S,
         "waypoints": len(motion.poses),
@@ -166,10 +178,20 @@ def judge(robot: Robot, motion: Motion) -> dict[str, float | int | bool]:
         "flips": motion.flips,
         "limit_violations": int(outside.any(axis=1).sum()),
         "collisions": int(robot.in_collision(motion.joints).sum()),
+        "rerouted": motion.route is not None,
+        "detour_mm": float(away_mm.max()),
+        "detour_deg": float(np.rad2deg(turned.max())),
+        "length_m": _length(motion.poses),
+        "asked_length_m": _length(motion.asked),
         "query_time_ms": motion.query_s * MS_PER_S,
         "query_waypoints_found": int(motion.answered.sum()),
         "query_tip_error_mm": float(query_error_mm.max()),
         "query_tip_error_mean_mm": float(query_error_mm.mean()),
         "query_largest_step_rad": float(joint_steps(motion.answers).max()),
-        "query_flips": int(branch_flips(robot, motion.answers, motion.poses).sum()),
+        "query_flips": int(branch_flips(robot, motion.answers, motion.asked).sum()),
     }
+
+
+def _length(poses: Array) -> float:
+    """Length of the tip's path [m]."""
+    return float(np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1).sum())

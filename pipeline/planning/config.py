@@ -19,6 +19,7 @@ class MotionConfig:
     arrive_height: float = MISSING  # m above the target
     arrive_repeat: int = MISSING
     steps: int = MISSING
+    reroute: bool = MISSING
 
     def __post_init__(self) -> None:
         """Refuse negative heights and paths of fewer than two poses."""

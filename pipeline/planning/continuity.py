@@ -69,6 +69,11 @@ def branch_flips(robot: Robot, joints: Array, poses: Array) -> NDArray[np.bool_]
     return flips
 
 
+def fits(robot: Robot, joints: Array, found: NDArray[np.bool_], poses: Array) -> bool:
+    """Whether joints (S, dof) are claimed to reach all poses (S, 7), and do not flip."""
+    return bool(found.all()) and not branch_flips(robot, joints, poses).any()
+
+
 def kernel_options(solver: Solver | None) -> LmOptions | None:
     """Tolerances and damping of a solver that refines by the kernel of `lm`, else None."""
     kernel = getattr(solver, "kernel", solver)
@@ -99,7 +104,7 @@ def mend(
         Joints, shape (S, dof), and which waypoints were reached, shape (S,): the answers as they
         were where nothing better was found, by waypoints missed, then flips, then travel.
     """
-    if found.all() and not branch_flips(robot, joints, poses).any():
+    if fits(robot, joints, found, poses):
         return joints, found
     paths = [(joints, found)]
     followed = _followed(robot, poses, joints, found, ends, options, candidates)

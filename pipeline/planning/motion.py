@@ -9,10 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pipeline.planning.bezier import bezier_curve, path_parameter
-from pipeline.planning.continuity import Ends, branch_flips, joint_steps, kernel_options, mend
+from pipeline.planning.continuity import (
+    Ends,
+    branch_flips,
+    fits,
+    joint_steps,
+    kernel_options,
+    mend,
+)
+from pipeline.planning.path import tip_path
 from pipeline.planning.query import answer
-from pipeline.planning.rotation import slerp, spherical_bezier
+from pipeline.planning.reach import out_of_reach
+from pipeline.planning.route import Route, find_route
 from robots.rotations import rotation_angle
 
 if TYPE_CHECKING:
@@ -27,17 +35,20 @@ class Motion:
     """A planned motion and how well its joints follow the path.
 
     Attributes:
-        poses: Wanted tip poses, base frame [m, unit quaternion w x y z], shape (S, 7).
+        poses: Tip poses that are driven, base frame [m, unit quaternion w x y z], shape (S, 7).
         joints: Joint positions [rad or m], shape (S, dof).
         found: Claims at each waypoint, the solver's or the repair's, shape (S,).
         time_s: Wall time of planning: path, inverse kinematics and repair together [s].
-        tip_error_mm: Euclidean distance of the tip from its pose [mm], shape (S,).
+        tip_error_mm: Euclidean distance of the tip from its pose in `poses` [mm], shape (S,).
         tip_error_deg: Angle of the tip's rotation from its pose's [deg], shape (S,).
         largest_step: Largest change of one joint between two waypoints [rad or m].
         flips: Number of branch flips, see `continuity.branch_flips`.
         answers: Joints as the batched query gave them, before any repair, shape (S, dof).
         answered: The solver's claims in it, shape (S,).
         query_s: Wall time of path and query alone [s].
+        asked: Tip poses on the path that was asked for, shape (S, 7); `answers` are for these.
+        route: The other curve that is driven where no joints were found for that path, or None:
+            then `poses` and `asked` are the same.
     """
 
     poses: Array
@@ -51,40 +62,8 @@ class Motion:
     answers: Array
     answered: NDArray[np.bool_]
     query_s: float
-
-
-def tip_path(
-    start: ArrayLike,
-    target: ArrayLike,
-    control_points: ArrayLike | None = None,
-    steps: int = 50,
-    control_rotations: ArrayLike | None = None,
-) -> Array:
-    """Sample the tip's path: Bezier in position, Slerp or spherical Bezier in rotation.
-
-    Equations 10 to 12 of the paper. The k of `path_parameter` runs from 0 at the start to 1 at the
-    target in `steps` samples, both included.
-
-    Args:
-        start: Start pose, base frame, shape (7,).
-        target: Target pose, base frame, shape (7,).
-        control_points: Inner control points, base frame [m], shape (n, 3); none is a straight line.
-        steps: Number of poses, at least 2.
-        control_rotations: Inner key rotations, unit quaternions, shape (m, 4); none is Slerp.
-
-    Returns:
-        Poses, base frame, shape (steps, 7).
-    """
-    first, last = np.asarray(start, dtype=np.float64), np.asarray(target, dtype=np.float64)
-    inner = np.zeros((0, 3)) if control_points is None else np.asarray(control_points, np.float64)
-    k = path_parameter(steps)
-    positions = bezier_curve(np.vstack([first[:3], inner.reshape(-1, 3), last[:3]]), k)
-    if control_rotations is None:
-        rotations = slerp(first[3:], last[3:], k)
-    else:
-        keys = np.asarray(control_rotations, dtype=np.float64).reshape(-1, 4)
-        rotations = spherical_bezier(np.vstack([first[3:], keys, last[3:]]), k)
-    return np.hstack([positions, rotations])
+    asked: Array
+    route: Route | None
 
 
 def plan_motion(
@@ -96,6 +75,7 @@ def plan_motion(
     steps: int = 50,
     control_rotations: ArrayLike | None = None,
     repair: Solver | None = None,
+    reroute: bool = True,
 ) -> Motion:
     """Plan a motion of the tip with one batched inverse-kinematics query.
 
@@ -115,6 +95,8 @@ def plan_motion(
         control_rotations: Inner key rotations, unit quaternions, shape (m, 4).
         repair: `lm` or `cycleik_refined`, whose tolerances and damping mend the path; where left
             out, a solver that is one of them mends its own, and others stay as they answered.
+        reroute: Whether another curve may be driven where no branch lives through this one. Forbid
+            it where the way matters and not its ends alone.
 
     Returns:
         The motion; an unreachable path is one too, with `found` false where the solver says so.
@@ -129,13 +111,21 @@ def plan_motion(
     if options is None and repair is not None:
         raise ValueError(f"repair must be lm or cycleik_refined, got {repair.name or repair}")
     begin = time.perf_counter()
-    poses = tip_path(first, last, control_points, steps, control_rotations)
+    asked = tip_path(first, last, control_points, steps, control_rotations)
     ends = Ends(first_joints, last_joints)
-    given = answer(robot, solver, poses, ends)
+    given = answer(robot, solver, asked, ends)
     query_s = time.perf_counter() - begin
-    joints, found = given.joints, given.found
+    poses, joints, found, route = asked, given.joints, given.found, None
     if options is not None:
-        joints, found = mend(robot, poses, joints, found, ends, options, given.candidates)
+        astray = reroute and out_of_reach(robot, asked, found, options)
+        if astray:  # no search can help, so do without
+            route = find_route(robot, asked, ends, options)
+        if route is None:
+            joints, found = mend(robot, asked, joints, found, ends, options, given.candidates)
+        if reroute and not astray and not fits(robot, joints, found, asked):
+            route = find_route(robot, asked, ends, options)
+    if route is not None:
+        poses, joints, found = route.poses, route.joints, np.ones(steps, dtype=bool)
     seconds = time.perf_counter() - begin
     reached = robot.forward_kinematics(joints)
     return Motion(
@@ -150,6 +140,8 @@ def plan_motion(
         answers=given.joints,
         answered=given.found,
         query_s=query_s,
+        asked=asked,
+        route=route,
     )
 
 

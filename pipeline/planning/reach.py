@@ -57,6 +57,23 @@ def judge_path(robot: Robot, poses: Array, options: LmOptions) -> Verdict:
     return Verdict(in_reach=True, continuous=continuous)
 
 
+def out_of_reach(robot: Robot, poses: Array, found: NDArray[np.bool_], options: LmOptions) -> bool:
+    """Whether the middle one of the waypoints that a solver missed cannot be solved at all.
+
+    Args:
+        robot: The robot.
+        poses: Waypoints, base frame [m, unit quaternion], shape (S, 7).
+        found: The solver's claims, shape (S,).
+        options: Tolerances and damping.
+    """
+    missed = np.flatnonzero(~found)
+    if len(missed) == 0:
+        return False
+    middle = missed[len(missed) // 2]
+    seed = np.tile(robot.home, (1, 1, 1))
+    return not refine(robot, poses[middle][None], seed, options).found[0]
+
+
 def _in_reach(robot: Robot, poses: Array, options: LmOptions) -> bool:
     """Whether every waypoint has a solution; far ones from one another are looked at first."""
     thorough = options._replace(iterations=REACH_ITERATIONS)

@@ -5,7 +5,8 @@ from numpy.testing import assert_allclose
 import baselines
 from pipeline.planning.config import MotionConfig
 from pipeline.planning.control import control_points
-from pipeline.planning.motion import plan_motion, tip_path
+from pipeline.planning.motion import plan_motion
+from pipeline.planning.path import tip_path
 from robots import load_robot
 
 ROBOT = load_robot("panda")
@@ -54,7 +55,7 @@ LOW, OTHER = np.array([[0.6, 0.1, 0, 1, 0, 0, 0], [0.2, 0.6, 0, 1, 0, 0, 0]])
 
 
 def test_approach_ends_vertically_and_clears_its_start():
-    motion = MotionConfig("approach", 0.05, 1, 0.15, 3, 50)
+    motion = MotionConfig("approach", 0.05, 1, 0.15, 3, 50, False)
     points = control_points(LOW, OTHER, motion)
     assert points.shape == (4, 3)
     path = tip_path(LOW, OTHER, points)[:, :3]
@@ -67,7 +68,7 @@ def test_approach_ends_vertically_and_clears_its_start():
 
 
 def test_straight_rule_has_no_control_points():
-    assert control_points(LOW, OTHER, MotionConfig("straight", 0.0, 0, 0.0, 0, 50)).shape == (
+    assert control_points(LOW, OTHER, MotionConfig("straight", 0.0, 0, 0.0, 0, 50, True)).shape == (
         0,
         3,
     )
