@@ -9,12 +9,13 @@ from omegaconf import MISSING
 
 from pipeline.checks import at_least, interval, one_of, positive, within
 from pipeline.grasping.camera_config import CameraConfig, VideoConfig
+from pipeline.grasping.primitive_config import PointConfig, PushConfig
 from pipeline.planning.config import MotionConfig, TimingConfig
 
 SHAPES = ("sphere", "capsule", "cylinder", "box")
 VIDEOS = ("none", "first", "classes", "all")
 AXES = ("solver", "position_error", "tension_scale", "friction_scale", "rate", "iterations")
-MOTIONS = ("approach", "lift", "transfer", "homeward")
+MOTIONS = ("approach", "lift", "transfer", "homeward", "push")
 
 
 @dataclass
@@ -173,6 +174,8 @@ class SceneConfig:
     area: AreaConfig = field(default_factory=AreaConfig)
     grip: GripConfig = field(default_factory=GripConfig)
     hand: HandConfig = field(default_factory=HandConfig)
+    push: PushConfig = field(default_factory=PushConfig)
+    point: PointConfig = field(default_factory=PointConfig)
     camera: CameraConfig = field(default_factory=CameraConfig)
 
     def __post_init__(self) -> None:

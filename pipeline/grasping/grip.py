@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from baselines import Budget
-from pipeline.grasping.config import SceneConfig
+from pipeline.grasping.config import GripConfig, SceneConfig
 from robots.rotations import rotation_angle
 
 if TYPE_CHECKING:
@@ -44,14 +44,27 @@ def tip_pose(scene: SceneConfig, place: ArrayLike, yaw: float, tilt: float) -> A
         Pose, base frame [m, unit quaternion w x y z], shape (7,).
     """
     point = np.asarray(place, dtype=np.float64)
-    rotation = (
-        Rotation.from_euler("z", tip_yaw(scene, point) + yaw, degrees=True)
-        * Rotation.from_euler("y", tilt, degrees=True)
-        * Rotation.from_euler("xyz", scene.grip.rotation, degrees=True)
-    )
+    rotation = tip_rotation(scene, point, yaw, tilt)
     position = point - rotation.apply(scene.grip.offset)
     position[2] = max(position[2], scene.table.height + scene.grip.floor)
     return np.concatenate([position, rotation.as_quat()[[3, 0, 1, 2]]])
+
+
+def tip_rotation(scene: SceneConfig, place: ArrayLike, yaw: float, tilt: float) -> Rotation:
+    """Rotation of the tip over a place, from its frame into the base frame.
+
+    Args:
+        scene: Grip.
+        place: What the hand is turned to, base frame [m], shape (2,) or (3,).
+        yaw: Turn about the vertical, added to the one that follows the place [deg].
+        tilt: Turn about the horizontal axis across the hand; positive lowers what is in front
+            [deg].
+    """
+    return (
+        Rotation.from_euler("z", tip_yaw(scene, place) + yaw, degrees=True)
+        * Rotation.from_euler("y", tilt, degrees=True)
+        * Rotation.from_euler("xyz", scene.grip.rotation, degrees=True)
+    )
 
 
 @dataclass(frozen=True)
@@ -102,20 +115,46 @@ def reach(
     poses = np.array([tip_pose(scene, place, yaw, tilt) for yaw, tilt in turns])
     lifted = poses.copy()
     lifted[:, 2] += lift
+    return choose(robot, solver, scene.grip, poses, lifted, turns, near)
+
+
+def choose(
+    robot: Robot,
+    solver: Solver,
+    grip: GripConfig,
+    poses: Array,
+    lifted: Array,
+    turns: Array,
+    near: Array,
+) -> Reach:
+    """Choose among poses of the tip the reachable one nearest to the arm, in one batched query.
+
+    Args:
+        robot: The robot.
+        solver: Inverse kinematics.
+        grip: Tolerance, and effort of the search.
+        poses: Candidates, base frame, shape (C, 7).
+        lifted: Where the tip goes straight from each, which must be in reach too, shape (C, 7).
+        turns: Yaw and tilt of each candidate [deg], shape (C, 2); turning from the first one costs.
+        near: Joints to stay close to, the seed of the query [rad or m], shape (dof,).
+
+    Returns:
+        As `reach` does.
+    """
     # Seeded by the arm's joints and by its idle ones: the nearest solution may end at a limit.
     poses, lifted = np.tile(poses, (2, 1)), np.tile(lifted, (2, 1))
     seeds = np.repeat([near, robot.home], len(poses) // 2, axis=0)
     budget = None
     if "iterations" in solver.budgets:
         # Many candidates are out of reach, and one without a solution would use up all restarts.
-        budget = Budget(iterations=scene.grip.search_iterations)
+        budget = Budget(iterations=grip.search_iterations)
     joints = solver.solve(poses, initial=seeds, budget=budget).joints
     above = solver.solve(lifted, initial=joints, budget=budget).joints
     error = np.maximum(_tip_error(robot, joints, poses), _tip_error(robot, above, lifted))
     cost = np.abs(joints - near).max(axis=1) + LIFT_WEIGHT * np.abs(above - joints).max(axis=1)
     cost += np.tile(np.deg2rad(np.abs(turns - turns[0]).sum(axis=1)), 2)
     cost += ERROR_WEIGHT * error
-    within = error < scene.grip.tolerance
+    within = error < grip.tolerance
     best = int(np.argmin(np.where(within, cost, np.inf) if within.any() else error))
     return Reach(poses[best], joints[best], above[best], float(error[best]))
 

@@ -11,6 +11,7 @@ of its drive, seen through the gear; it is added to every segment as `drive_iner
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ class Hand:
     Attributes:
         links: Links of the hand that may touch an object, by PyBullet's index.
         fingers: Joints of each finger from the palm outward, by PyBullet's index.
+        names: Name of each finger, in the order of `fingers`: that of its tendon or joint.
     """
 
     def __init__(
@@ -59,14 +61,17 @@ class Hand:
         self.client, self.body, self.config = client, body, config
         self.gripper = description["kind"] == "gripper"
         if self.gripper:
-            self.fingers = [[joints[name]] for name in description["joints"]]
+            self.names = [*description["joints"]]
+            self.fingers = [[joints[name]] for name in self.names]
             self.held: dict[int, float] = {}
         else:
-            self.fingers = [
-                [joints[name] for name in names]
-                for names in description["tendons"].values()
+            pulled = {
+                finger: names
+                for finger, names in description["tendons"].items()
                 if not set(names) & set(config.preshape)
-            ]
+            }
+            self.names = [*pulled]
+            self.fingers = [[joints[name] for name in names] for names in pulled.values()]
             self.held = {joints[name]: angle for name, angle in config.preshape.items()}
         self.open, self.closed = float(description["open"]), float(description["closed"])
         self.pulley = 1.0 if self.gripper else float(description["pulley_radius"])
@@ -100,10 +105,16 @@ class Hand:
         for joint, angle in self.held.items():
             self._hold(joint, angle)
 
-    def close(self) -> None:
-        """Pull the tendons: joints run towards closed with no more than the tension's torque."""
+    def close(self, stretched: Collection[str] = ()) -> None:
+        """Pull the tendons: joints run towards closed with no more than the tension's torque.
+
+        Args:
+            stretched: Names of fingers that are left open, to point with.
+        """
         force = self.config.tension * self.pulley
-        for finger in self.fingers:
+        for name, finger in zip(self.names, self.fingers, strict=True):
+            if name in stretched:
+                continue
             for joint, ratio in zip(finger, self.config.ratios, strict=False):
                 self.client.setJointMotorControl2(
                     self.body,

@@ -17,6 +17,19 @@ PUSHED_AWAY = 0.03  # m that a thing moved before the fingers closed, to be the 
 NOT_CLOSED = 0.02  # share of a finger joint's range below which the hand did not close at all
 
 
+@dataclass(frozen=True)
+class Deed:
+    """What an action came to.
+
+    Attributes:
+        done: Whether it succeeded.
+        words: What happened, or why it failed.
+    """
+
+    done: bool
+    words: str
+
+
 @dataclass
 class Report:
     """What happened in one attempt, from the simulator's state.

@@ -1,4 +1,4 @@
-"""The simulated world of one trial: table, bins, robot and the thing to grasp."""
+"""The simulated world: table, bins, robot and the things to grasp."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Scene:
     Attributes:
         client: PyBullet client.
         hand: The robot's hand.
-        thing: PyBullet's number of the body to grasp.
+        thing: PyBullet's number of the body that is to be grasped, pushed or pointed at now.
         time_s: Simulated time [s].
         on_step: Called after every step, for cameras.
         on_phase: Called with the name of each phase of a trial that has ended, for cameras.
@@ -74,15 +74,19 @@ class Scene:
     def __exit__(self, *_: object) -> None:
         self.client.disconnect()
 
-    def lay(self, thing: ObjectConfig, place: ArrayLike, yaw: float) -> None:
-        """Lay the thing to grasp on the table.
+    def lay(self, thing: ObjectConfig, place: ArrayLike, yaw: float) -> int:
+        """Lay a thing on the table; it is then the one that the scene is about.
 
         Args:
             thing: What to lay.
             place: x and y, base frame [m].
             yaw: Rotation about the vertical [rad].
+
+        Returns:
+            PyBullet's number of the body.
         """
         self.thing = make_object(self.client, thing, place, yaw, self.config.table.height)
+        return self.thing
 
     def step(self) -> None:
         """Advance the simulation by one step."""

@@ -1,0 +1,79 @@
+"""The pushing primitive: the closed hand comes down beside a thing and moves it over the table."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pipeline.grasping.arm import Arm, Stopped
+from pipeline.grasping.grip import Reach, choose, tip_rotation, tip_yaw
+from pipeline.grasping.outcome import Deed
+
+Array = NDArray[np.float64]
+
+
+class Push:
+    """One attempt of an arm to push the thing that its scene is about."""
+
+    def __init__(self, arm: Arm) -> None:
+        """Take the arm, which is at idle with an open hand."""
+        arm.begin()
+        self.arm, self.scene, self.push = arm, arm.scene, arm.scene.config.push
+
+    def run(self, place: ArrayLike) -> Deed:
+        """Push what is believed to be at a place.
+
+        Args:
+            place: Believed centre of the thing, base frame [m], shape (3,).
+
+        Returns:
+            Whether the thing moved far enough; never raises for a failed push.
+        """
+        before = self.scene.thing_position()
+        try:
+            self._push(np.asarray(place, dtype=np.float64))
+        except Stopped as reason:
+            return Deed(False, str(reason))
+        moved = float(np.linalg.norm((self.scene.thing_position() - before)[:2]))
+        if moved < self.push.moved:
+            return Deed(False, f"it moved {1e3 * moved:.0f} mm")
+        return Deed(True, f"moved it {1e3 * moved:.0f} mm")
+
+    def _push(self, place: Array) -> None:
+        arm = self.arm
+        arm.get_ready()
+        chosen = self._choose(place)
+        self.scene.hand.close()
+        self.scene.wait(self.scene.config.hand.close_s / 2)
+        arm.move("approach", chosen.joints, chosen.joints)
+        self.scene.mark("behind the object")
+        arm.move("push", chosen.lifted)
+        self.scene.mark("pushed")
+        raised = chosen.pose.copy()
+        raised[:2], raised[2] = arm.tip_pose()[:2], raised[2] + arm.grip.lift
+        arm.move("lift", raised)
+        arm.go_home()
+
+    def _choose(self, place: Array) -> Reach:
+        """The first direction in which the whole push is in reach."""
+        arm, push = self.arm, self.push
+        nearest = np.inf
+        for direction in push.directions:
+            angle = np.deg2rad(tip_yaw(self.scene.config, place) + direction)
+            along = np.array([np.cos(angle), np.sin(angle), 0.0])
+            turns = np.array([(yaw, tilt) for yaw in push.yaws for tilt in push.tilts])
+            poses = np.array([self._pose(place, along, yaw, tilt) for yaw, tilt in turns])
+            ends = poses.copy()
+            ends[:, :3] += push.way * along
+            chosen = choose(arm.robot, arm.solver, arm.grip, poses, ends, turns, arm.target)
+            if chosen.error <= arm.grip.tolerance:
+                return chosen
+            nearest = min(nearest, chosen.error)
+        raise Stopped(f"out of reach: best tip error of a push {1e3 * nearest:.0f} mm")
+
+    def _pose(self, place: Array, along: Array, yaw: float, tilt: float) -> Array:
+        """Where the tip stands before the push: behind the thing, low over the table."""
+        rotation = tip_rotation(self.scene.config, place, yaw, tilt)
+        position = place - self.push.stand_off * along
+        position[2] = self.scene.config.table.height + self.push.height
+        return np.concatenate([position, rotation.as_quat()[[3, 0, 1, 2]]])
