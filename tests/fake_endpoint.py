@@ -73,7 +73,7 @@ class FakeEndpoint:
     Attributes:
         personality: How it behaves; may be changed between requests.
         requests: Bodies of the requests so far.
-        headers: Headers of the requests so far.
+        headers: Headers of the requests so far, their names in lower case.
     """
 
     def __init__(self, personality: str = "well_behaved", delay_s: float = 5.0) -> None:
@@ -121,7 +121,7 @@ class FakeEndpoint:
     def _answer(self, request: BaseHTTPRequestHandler) -> None:
         body = json.loads(request.rfile.read(int(request.headers["Content-Length"])))
         self.requests.append(body)
-        self.headers.append(dict(request.headers))
+        self.headers.append({name.lower(): value for name, value in request.headers.items()})
         who = self.personality
         if who == "hang_up":
             request.close_connection = True
@@ -152,7 +152,7 @@ class FakeEndpoint:
     def _completion(self, who: str, body: dict[str, Any]) -> dict[str, Any]:
         prompt = body["messages"][-1]["content"]
         if who in STATUS:
-            return {"error": {"message": f"no: {self.headers[-1].get('Authorization', '')}"}}
+            return {"error": {"message": f"no: {self.headers[-1].get('authorization', '')}"}}
         message: dict[str, Any] = {"role": "assistant", "content": None}
         if who in REPLIES:
             message["content"] = REPLIES[who](prompt)

@@ -62,6 +62,7 @@ class VocabularyConfig:
     sequence: list[str] = MISSING
     beginnings: list[str] = MISSING
     relations: list[str] = MISSING
+    conditions: list[str] = MISSING
     politeness: list[str] = MISSING
     idle: list[str] = MISSING
 

@@ -126,7 +126,7 @@ class Lexicon:
         self._verbs = {p.split()[0] for listed in vocabulary.verbs.values() for p in listed}
         for kind in (
             *("everything", "clearing", "pronouns", "negations", "exceptions", "sequence"),
-            *("beginnings", "relations", "politeness", "idle"),
+            *("beginnings", "relations", "conditions", "politeness", "idle"),
         ):
             for phrase in getattr(vocabulary, kind):
                 self._add(phrase, kind, phrase)
@@ -150,3 +150,13 @@ class Lexicon:
             for phrase in (phrase_of(known), *phrases):
                 if "object" not in self._meanings.get(tuple(phrase.split()), {}):
                     self._add(phrase, "absent", phrase_of(known))
+
+
+def is_noun(token: Token) -> bool:
+    """Whether a token names an object, in view or not."""
+    return "object" in token.meanings or "absent" in token.meanings
+
+
+def token_at(tokens: Sequence[Token], index: int) -> Token:
+    """Return a token, or one without words and meaning beyond the end."""
+    return tokens[index] if index < len(tokens) else Token("", {})

@@ -7,7 +7,7 @@ replies are checked like any other's.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from pipeline.agent.action import Action
 from pipeline.agent.config import VocabularyConfig
@@ -21,6 +21,7 @@ DONE = Action("done").as_tag()
 NOT_UNDERSTOOD = (
     "I do not understand. Ask me to grasp, push, point at or look at something in view."
 )
+CONDITION = "I do not follow conditions. Tell me what to do, in the order of the actions."
 _ABLE = "I can grasp, push, point at and look at what is in view, and show how I feel."
 _PHRASES = {
     "grasp": "I grasp the {}.",
@@ -66,17 +67,20 @@ class Policy:
         text = normalise(instruction)
         if _ENOUGH.match(text):
             return f"All right. {DONE}"
-        last = _spoken_of(messages[:-1])
+        last, groups = _spoken_of(messages[:-1]), self._vocabulary.groups
         commands: list[str] = []
         answers: list[str] = []
         for sentence in re.split(r"(?<=[.?!])\s+", text):
             if _QUESTION.match(sentence) or _ABLE_QUESTION.search(sentence):
-                answer, last = _answer(sentence, lexicon.tokens(sentence), seen, last)
+                answer, last = _answer(sentence, lexicon.tokens(sentence), seen, groups, last)
                 answers.append(answer)
             else:
                 commands.append(sentence)
-        reader = Reader(lexicon, seen, self._vocabulary.groups, last)
-        found = reader.read(lexicon.tokens(" ".join(commands)))
+        tokens = lexicon.tokens(" ".join(commands))
+        if any("conditions" in token.meanings for token in tokens):
+            return f"{CONDITION} {DONE}"
+        found = Reader(lexicon, seen, groups, last).read(tokens)
+        found.spared = [name for name in dict.fromkeys(found.spared) if name in lexicon.names]
         return _compose(found, answers, text)
 
 
@@ -84,7 +88,7 @@ def _compose(found: Understanding, answers: Sequence[str], text: str) -> str:
     parts = [*answers, *dict.fromkeys(found.remarks)]
     parts += [_act(intent) for intent in found.intents]
     if found.spared:
-        names = " and ".join(f"the {spoken(name)}" for name in dict.fromkeys(found.spared))
+        names = " and ".join(f"the {spoken(name)}" for name in found.spared)
         parts.append(f"I leave {names}.")
     if not found.intents and found.floating:
         parts.append(Action("look", found.floating[0]).as_tag())
@@ -101,7 +105,11 @@ def _act(intent: Intent) -> str:
 
 
 def _answer(
-    sentence: str, tokens: Sequence[Token], seen: Sequence[Seen], last: str | None
+    sentence: str,
+    tokens: Sequence[Token],
+    seen: Sequence[Seen],
+    groups: Mapping[str, Sequence[str]],
+    last: str | None,
 ) -> tuple[str, str | None]:
     """The answer to a question about what is seen, and the object that it is about."""
     if _ABLE_QUESTION.search(sentence):
@@ -116,9 +124,11 @@ def _answer(
         absent = token.value("absent")
         if absent is not None:
             return f"I do not see {article(absent)} {absent}.", last
-    if not seen:
-        return "I see nothing on the table.", last
-    names = [f"{article(spoken(name))} {spoken(name)}" for name in places]
+    group = next((token.value("group") for token in tokens if "group" in token.meanings), None)
+    members = [name for name in places if group is None or name in groups[group]]
+    if not members:
+        return "I see nothing of that kind on the table.", last
+    names = [f"{article(spoken(name))} {spoken(name)}" for name in members]
     listed = ", ".join(names[:-1]) + (" and " if names[1:] else "") + names[-1]
     return f"I see {listed}.", last
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from pipeline.agent.action import OF_OBJECTS
 from pipeline.agent.intents import ORDERS, Intent, Understanding, article, pick, spoken
-from pipeline.agent.lexicon import STOP, Lexicon, Token
+from pipeline.agent.lexicon import STOP, Lexicon, Token, is_noun, token_at
 from pipeline.agent.scene_text import Seen
 
 _ARTICLES = ("the", "a", "an", "my", "your", "that", "this")
@@ -73,7 +73,10 @@ class Reader:
             self._express(m["face"])
         elif "object" in m:
             self._unknown = ""
-            self._emit([m["object"]])
+            if not (
+                before is not None and before.text in _ARTICLES and is_noun(token_at(rest, 0))
+            ):
+                self._emit([m["object"]])  # else it describes the next: the orange ball
         elif "absent" in m:
             self._unknown = ""
             self._miss(m["absent"])
@@ -126,7 +129,7 @@ class Reader:
         words: list[str] = []
         for at, token in enumerate(rest):
             ends = "sequence" in token.meanings or token.text == STOP
-            if ends or (token.text in ("and", ",") and "verb" in _at(rest, at + 1).meanings):
+            if ends or (token.text in ("and", ",") and "verb" in token_at(rest, at + 1).meanings):
                 break
             words.append(token.text)
         if words and not self._leave:
@@ -201,7 +204,7 @@ class Reader:
         return [name for name in self._seen if group is None or name in self._groups[group]]
 
     def _select(self, selector: str, rest: Sequence[Token]) -> int:
-        following = _at(rest, 0)
+        following = token_at(rest, 0)
         if "object" in following.meanings:
             return 0
         several = "group" in following.meanings or "everything" in following.meanings
@@ -213,7 +216,7 @@ class Reader:
         return int(several)
 
     def _refer(self, text: str, rest: Sequence[Token]) -> None:
-        following = _at(rest, 0).meanings
+        following = token_at(rest, 0).meanings
         if text in ("that", "this", "those", "these") and (
             "object" in following or "absent" in following or "group" in following
         ):
@@ -233,7 +236,7 @@ class Reader:
 
     def _face_after(self, rest: Sequence[Token]) -> bool:
         """Whether "look" is followed by an expression: look happy."""
-        return "face" in _at(rest, 0).meanings
+        return "face" in token_at(rest, 0).meanings
 
     def _miss(self, what: str) -> None:
         if not (self._leave or self._negated or self._except):
@@ -244,7 +247,3 @@ class Reader:
         if self._unknown and (self._verb in (*OF_OBJECTS, "look")):
             self._miss(self._unknown)
         self._unknown = ""
-
-
-def _at(tokens: Sequence[Token], index: int) -> Token:
-    return tokens[index] if index < len(tokens) else Token("", {})

@@ -1,0 +1,181 @@
+"""The embedded policy: what it understands, in order, and that it says so where it does not."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from functools import cache
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.agent import Agent, seen_at
+from pipeline.agent.config import AgentConfig
+from pipeline.agent.lexicon import Lexicon
+from pipeline.agent.loading import load_agent
+from pipeline.agent.policy import NOT_UNDERSTOOD
+from pipeline.config import compose
+
+PAPER = (
+    "NICOL, please grasp all the objects on the table, one after another. "
+    "Choose the order of the objects yourself."
+)
+FROM_THE_RIGHT = "grasp orange, grasp pear, grasp banana, grasp baseball, grasp soup_can"
+
+
+def acts(agent: Agent, instruction: str, scene) -> str:
+    """The actions but for words and the end, as text."""
+    turn = agent.instruct(instruction, scene)
+    assert not turn.problem, turn.problem
+    assert turn.finished
+    silent = [each for each in turn.actions if each.kind not in ("speak", "done")]
+    return ", ".join(f"{each.kind} {each.target}" for each in silent)
+
+
+UNDERSTOOD = {
+    PAPER: FROM_THE_RIGHT,
+    "grasp the banana": "grasp banana",
+    "Please, hand me the pear!": "grasp pear",
+    "could you pick up the banana and the orange": "grasp banana, grasp orange",
+    "pick the can up": "grasp soup_can",
+    "can you push the can": "push soup_can",
+    "would you mind grasping the tin of soup?": "grasp soup_can",
+    "I'd like the ball": "grasp baseball",
+    "can I have the pear please": "grasp pear",
+    "grab the tomato soup can": "grasp soup_can",
+    "put the banana into the bin": "grasp banana",
+    "grasp the banana on the table": "grasp banana",
+    "clear the table": FROM_THE_RIGHT,
+    "grasp everything": FROM_THE_RIGHT,
+    "grasp all objects from left to right": "grasp soup_can, grasp baseball, grasp banana, "
+    "grasp pear, grasp orange",
+    "grasp all the objects, starting with the banana": "grasp banana, grasp orange, grasp pear, "
+    "grasp baseball, grasp soup_can",
+    "take everything except the ball and the pear": "grasp orange, grasp banana, grasp soup_can",
+    "remove all the fruit": "grasp orange, grasp pear, grasp banana",
+    "point at the orange": "point orange",
+    "show me the yellow fruit": "point banana",
+    "nudge the ball and shove the can": "push baseball, push soup_can",
+    "grasp the leftmost object": "grasp soup_can",
+    "throw away the leftmost fruit": "grasp banana",
+    "pick up the thing on the right": "grasp orange",
+    "grab the nearest one": "grasp pear",
+    "hand me the one in the middle": "grasp banana",
+    "grab the orange ball": "grasp baseball",
+    "look left": "look left",
+    "turn your head to the right": "look right",
+    "look at me": "look user",
+    "look at the ceiling": "look up",
+    "look at the banana and the pear": "look banana, look pear",
+    "smile": "face happiness",
+    "make a sad face": "face sadness",
+    "look happy": "face happiness",
+    "grasp the banana, then point at the orange": "grasp banana, point orange",
+    "first look at the can, after that push it, and finally smile": "look soup_can, "
+    "push soup_can, face happiness",
+    "point at the pear and grasp it": "point pear, grasp pear",
+    "Do you see the banana? Grasp it.": "look banana, grasp banana",
+    "where is the pear?": "look pear",
+    "say hello and then grasp the pear": "grasp pear",
+}
+
+
+@pytest.mark.parametrize("instruction", UNDERSTOOD)
+def test_what_is_understood(config, scene, instruction):
+    assert acts(load_agent(config, "nicol"), instruction, scene) == UNDERSTOOD[instruction]
+
+
+@pytest.mark.parametrize(
+    ("instruction", "said"),
+    [
+        ("asdkj alksjd", NOT_UNDERSTOOD),
+        ("", "<done/>"),
+        ("wave at me", NOT_UNDERSTOOD),
+        ("grasp", "What shall I grasp?"),
+        ("grasp the apple", "I do not see an apple."),
+        ("take the tomato", "I do not see a tomato."),
+        ("grasp it", "I do not know which object you mean."),
+        ("do not grasp the banana", "I leave the banana."),
+        ("don't touch the banana", "I leave the banana."),
+        ("never push the can", "I leave the soup can."),
+        ("put the banana next to the orange", "I do not know places beside other objects."),
+        ("before you grasp the pear, take the ball", "I do not follow conditions."),
+        ("what do you see?", "I see a soup can, a baseball, a banana, a pear and an orange."),
+        ("which fruit do you see?", "I see a banana, a pear and an orange."),
+        ("Hello", "Hello, what shall I do?"),
+        ("stop", "All right."),
+    ],
+)
+def test_what_moves_no_arm(config, scene, instruction, said):
+    turn = load_agent(config, "nicol").instruct(instruction, scene)
+    assert said in turn.reply
+    assert not any(action.is_physical for action in turn.actions)
+
+
+def test_negation_holds_for_one_verb(config, scene):
+    agent = load_agent(config, "nicol")
+    assert acts(agent, "do not grasp the banana, but push the orange", scene) == "push orange"
+    assert acts(agent, "point at the pear, but do not grasp it", scene) == "point pear"
+    assert acts(agent, "grasp the pear, not the banana", scene) == "grasp pear"
+
+
+def test_it_is_the_object_of_the_turn_before(config, scene):
+    agent = load_agent(config, "nicol")
+    assert acts(agent, "the banana", scene) == "look banana"
+    assert acts(agent, "grasp it", scene) == "grasp banana"
+
+
+def test_only_what_is_in_view(config):
+    toys = [seen_at(name, 0.3, y, 0.9) for name, y in (("tomato", -0.1), ("lemon_half", -0.2))]
+    agent = load_agent(config, "nico")
+    assert acts(agent, "grasp the tomato and the half lemon", toys) == (
+        "grasp tomato, grasp lemon_half"
+    )
+    assert acts(agent, "grasp the grapes, then the tomato", toys) == "grasp tomato"
+    assert acts(agent, PAPER.replace("NICOL", "NICO"), []) == ""
+
+
+def test_objects_that_the_vocabulary_does_not_know(config):
+    scene = [seen_at("coffee_mug", 0.5, 0.1, 0.9), seen_at("glue-stick 2", 0.5, -0.1, 0.9)]
+    agent = load_agent(config, "nicol")
+    assert acts(agent, "grasp the mug and point at the glue stick 2", scene) == (
+        "grasp coffee_mug, point glue-stick 2"
+    )
+
+
+def test_the_same_words_give_the_same_reply(config, scene):
+    replies = {load_agent(config, "nicol").instruct(PAPER, scene).reply for _ in range(3)}
+    assert len(replies) == 1
+
+
+def test_the_longest_phrase_counts(config):
+    lexicon = Lexicon(config.vocabulary, ["soup_can", "tomato"])
+    tokens = lexicon.tokens("can you take the tomato soup can")
+    assert [token.text for token in tokens] == ["can you", "take", "the", "tomato soup can"]
+    assert tokens[-1].value("object") == "soup_can"
+
+
+@cache
+def whole_config() -> AgentConfig:
+    return compose(["agent=policy"]).agent
+
+
+@cache
+def vocabulary_words() -> list[str]:
+    words = [",", ".", "then", "?", "mug", "<grasp>", "not", "starting with", "say", "fruit"]
+    for phrases in asdict(whole_config().vocabulary).values():
+        for listed in phrases.values() if isinstance(phrases, dict) else [phrases]:
+            words += listed
+    return words
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.data())
+def test_no_words_break_it(data):
+    """Any order of its own words gives a reply in its own language."""
+    word = st.one_of(st.sampled_from(vocabulary_words()), st.text(max_size=5))
+    words = data.draw(st.lists(word, max_size=14))
+    scene = [seen_at(n, 0.5, y, 0.9) for n, y in (("banana", 0.1), ("soup_can", -0.2))]
+    for view in (scene, []):
+        turn = load_agent(whole_config(), "nicol").instruct(" ".join(words), view)
+        assert turn.reason in ("", "loop", "too_long", "too_many_actions"), turn.problem
