@@ -1,15 +1,16 @@
-"""Uniform joint samples, filtered, the same for any number of processes.
+"""Uniform joint samples, filtered, the same wherever they are drawn.
 
 Samples are drawn in chunks, each with a generator of its own derived from the seed and the
-chunk's number, and kept in the order of the chunks. So neither the number of processes nor the
-size of the request changes what comes first.
+chunk's number, and kept in the order of the chunks. So neither the size of the request changes
+what comes first, nor does it matter which process or machine draws a chunk.
 """
 
 from __future__ import annotations
 
-import multiprocessing
+import itertools
+import math
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -29,9 +30,10 @@ Progress = Callable[[int], object]
 CHUNK = 2048
 # Chunks without a single accepted sample after which the request counts as hopeless.
 PATIENCE = 50
-# Chunks drawn here before the pace is judged, and the seconds that starting workers costs.
+# Chunks drawn here before the pace is judged.
 TRIAL = 8
-START_UP = 5.0
+# Chunks handed out beyond those that the acceptance so far asks for: another round costs more.
+MARGIN = 1.02
 
 
 @dataclass(frozen=True)
@@ -56,13 +58,29 @@ class Samples:
         return 1.0 - (self.outside + self.colliding) / max(self.drawn, 1)
 
 
+Draw = Callable[[int], Samples]
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Other processes or machines that draw chunks.
+
+    Attributes:
+        draw: Draws the chunks of these numbers, in their order; its first argument can be pickled.
+        start_up_s: Seconds of work here below which it is not worth asking them.
+    """
+
+    draw: Callable[[Draw, Sequence[int]], Iterable[Samples]]
+    start_up_s: float
+
+
 def sample_configurations(
     robot: Robot,
     count: int,
     seed: int = 0,
     collision_free: bool = True,
     workspace_filter: bool = False,
-    processes: int = 1,
+    spread: Spread | None = None,
     progress: Progress | None = None,
 ) -> Samples:
     """Draw uniform configurations within the limits and keep those that pass the filters.
@@ -73,8 +91,8 @@ def sample_configurations(
         seed: Any non-negative integer.
         collision_free: Drop configurations in collision.
         workspace_filter: Drop those whose tip is outside `robot.workspace`.
-        processes: Worker processes, for work that is long enough to be worth starting them; 1
-            stays in this one. The result does not depend on it.
+        spread: Who else draws, where the work is long enough to be worth it; None draws in this
+            process. The result does not depend on it.
         progress: Called with the number of newly accepted samples now and then.
 
     Raises:
@@ -82,30 +100,21 @@ def sample_configurations(
     """
     if count < 0 or seed < 0:
         raise SamplingError(f"count {count} and seed {seed} must not be negative")
-    draw = partial(_chunk, seed=seed, collide=collision_free, box=workspace_filter)
+    draw = partial(_chunk, robot, seed=seed, collide=collision_free, box=workspace_filter)
     kept: list[Samples] = []
     accepted = 0
-    source, started = _serial(robot, draw), time.perf_counter()
-    try:
-        while accepted < count:
-            kept.append(next(source))
-            accepted += len(kept[-1].joints)
-            if len(kept) == 1:
-                # The first chunk may compile; it says nothing about the pace.
-                started = time.perf_counter()
-            elif len(kept) == TRIAL and processes > 1:
-                pace = (time.perf_counter() - started) / (TRIAL - 1)
-                if pace * TRIAL * (count / max(accepted, 1) - 1) > START_UP:
-                    source = _pooled(robot, draw, processes, TRIAL)
-            if progress is not None:
-                progress(len(kept[-1].joints) - max(0, accepted - count))
-            if accepted == 0 and len(kept) >= PATIENCE:
-                raise SamplingError(
-                    f"none of {PATIENCE * CHUNK} uniform configurations of '{robot.name}' passes: "
-                    f"{_reasons(kept)}"
-                )
-    finally:
-        source.close()
+    for samples in _chunks(draw, count, spread):
+        if accepted >= count:
+            break
+        kept.append(samples)
+        accepted += len(samples.joints)
+        if progress is not None:
+            progress(len(samples.joints) - max(0, accepted - count))
+        if accepted == 0 and len(kept) >= PATIENCE:
+            raise SamplingError(
+                f"none of {PATIENCE * CHUNK} uniform configurations of '{robot.name}' passes: "
+                f"{_reasons(kept)}"
+            )
     joints = np.concatenate([np.empty((0, robot.dof)), *(s.joints for s in kept)])[:count]
     drawn, outside, colliding = (
         sum(getattr(s, key) for s in kept) for key in ("drawn", "outside", "colliding")
@@ -136,38 +145,24 @@ def _chunk(robot: Robot, number: int, seed: int, collide: bool, box: bool) -> Sa
     return Samples(joints, drawn, drawn - inside, inside - len(joints))
 
 
-Draw = Callable[["Robot", int], Samples]
-
-
-def _serial(robot: Robot, draw: Draw) -> Generator[Samples]:
-    number = 0
+def _chunks(draw: Draw, count: int, spread: Spread | None) -> Iterator[Samples]:
+    """Yield the chunks in order, without end; some here, the rest from whoever else draws."""
+    if spread is None:
+        yield from map(draw, itertools.count())
+        return
+    accepted, began = 0, time.perf_counter()
+    for number in range(TRIAL):
+        samples = draw(number)
+        accepted += len(samples.joints)
+        if number == 0:
+            began = time.perf_counter()  # the first chunk may compile: it says nothing of the pace
+        yield samples
+    pace, drawn = (time.perf_counter() - began) / (TRIAL - 1), TRIAL
     while True:
-        yield draw(robot, number)
-        number += 1
-
-
-def _pooled(robot: Robot, draw: Draw, processes: int, first: int) -> Generator[Samples]:
-    # Spawned, not forked: a fork of a process with threads of torch or numba can hang.
-    context = multiprocessing.get_context("spawn")
-    with context.Pool(processes, _start_worker, (robot, draw)) as pool:
-        # Bounded look-ahead, in order: an endless imap would fill the memory.
-        ahead = 8 * processes
-        waiting = [pool.apply_async(_work, (first + i,)) for i in range(ahead)]
-        while True:
-            yield waiting.pop(0).get()
-            waiting.append(pool.apply_async(_work, (first + ahead,)))
-            first += 1
-
-
-_worker: tuple[Robot, Draw] | None = None
-
-
-def _start_worker(robot: Robot, draw: Draw) -> None:
-    global _worker
-    _worker = (robot, draw)
-
-
-def _work(number: int) -> Samples:
-    assert _worker is not None
-    robot, draw = _worker
-    return draw(robot, number)
+        share = accepted / drawn  # of a chunk that is accepted, in samples
+        missing = math.ceil(MARGIN * (count - accepted) / share) if share else TRIAL
+        numbers = range(drawn, drawn + max(missing, 1))
+        here = pace * len(numbers) < spread.start_up_s
+        for samples in map(draw, numbers) if here else spread.draw(draw, numbers):
+            drawn, accepted = drawn + 1, accepted + len(samples.joints)
+            yield samples

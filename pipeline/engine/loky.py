@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -47,7 +48,9 @@ def loky_tasks(workers: int, call: Call[Any, Any], tasks: Sequence[Any]) -> Iter
         for number in sorted(waiting):
             yield number, lost("a worker process died, and joblib ends all of them then")
     finally:
-        endings.close()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that tasks were cancelled is what we ask for
+            endings.close()
 
 
 def _numbered(call: Call[Any, Any], number: int, task: Any) -> Numbered:

@@ -6,6 +6,7 @@ import os
 import shutil
 import time
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -74,13 +75,14 @@ class SubmititJobs:
         return outcomes
 
     def close(self, handles: Collection[Any]) -> None:
-        """Cancel the jobs still in flight and remove what no job left a log in."""
+        """Cancel the jobs still in flight; what stays on disk are the logs of those that failed."""
         for job in handles:
             job.cancel(check=False)
-        for path in (*self._logs.glob("*.sh"), *self._logs.glob("*.pkl")):
+        for path in (*self._logs.rglob("*.sh"), *self._logs.rglob("*.pkl")):
             path.unlink(missing_ok=True)
-        if self._logs.exists() and not any(self._logs.iterdir()):
-            self._logs.rmdir()
+        for folder in (*self._logs.glob("*"), self._logs, self._logs.parent):
+            with suppress(OSError):  # not empty
+                folder.rmdir()
 
 
 class _Quiet:

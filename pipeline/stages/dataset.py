@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
 from pipeline import provenance
 from pipeline.artifacts import SPLITS, exclusive
 from pipeline.data.dataset import split_seed, write_card, write_split
+from pipeline.data.spread import spread_of
 from pipeline.data.tables import TableError, read_metadata, read_table
 from pipeline.progress import bar
 from pipeline.settings import Config
@@ -47,14 +47,13 @@ def _make(folder: Path, robot: Robot, split: str, config: Config) -> dict[str, A
     kept = _kept(path, wanted)
     if kept is not None:
         return kept
-    workers = config.dataset.workers or len(os.sched_getaffinity(0))
     with bar(count, "pose", f"dataset {robot.name} {split}") as shown:
         samples = sample_configurations(
             robot,
             count,
             seed=wanted["seed"],
             workspace_filter=config.robot.workspace_filter,
-            processes=workers if count > 20_000 else 1,
+            spread=spread_of(config.engine, config.dataset.workers),
             progress=shown.update,
         )
     facts = {
