@@ -10,6 +10,7 @@ from omegaconf import MISSING
 from pipeline.checks import at_least, interval, one_of, positive, within
 from pipeline.grasping.camera_config import CameraConfig, VideoConfig
 from pipeline.grasping.primitive_config import PointConfig, PushConfig
+from pipeline.grasping.protocol_config import ProtocolConfig
 from pipeline.planning.config import MotionConfig, TimingConfig
 
 SHAPES = ("sphere", "capsule", "cylinder", "box")
@@ -218,6 +219,7 @@ class GraspConfig:
     timing: TimingConfig = field(default_factory=TimingConfig)
     motions: dict[str, MotionConfig] = MISSING
     recording: VideoConfig = field(default_factory=VideoConfig)
+    protocol: ProtocolConfig = field(default_factory=ProtocolConfig)
     objects: dict[str, ObjectConfig] = MISSING
     scenes: dict[str, SceneConfig] = MISSING
 

@@ -62,7 +62,7 @@ def trial_setup(config: GraspConfig, robot: str, number: int, seed: int) -> Setu
     """
     scene = required_scene(config, robot)
     names, area = list(scene.objects), scene.area
-    rows = int(np.floor((area.x[1] - area.x[0]) / area.row_step + 1e-9)) + 1
+    rows = rows_of(scene)
     round_number, slot = divmod(number, len(names))
     row = round_number % rows
     order = np.random.default_rng(derive_seed(seed, "grasp", robot, "row", round_number))
@@ -76,6 +76,12 @@ def trial_setup(config: GraspConfig, robot: str, number: int, seed: int) -> Setu
     angle = draw.uniform(0.0, 2.0 * np.pi)
     error = config.position_error * np.array([np.cos(angle), np.sin(angle)])
     return Setup(number, row, name, place, float(np.deg2rad(yaw)), error)
+
+
+def rows_of(scene: SceneConfig) -> int:
+    """Number of rows over the depth of the action area."""
+    depth = scene.area.x[1] - scene.area.x[0]
+    return int(np.floor(depth / scene.area.row_step + 1e-9)) + 1
 
 
 def required_scene(config: GraspConfig, robot: str) -> SceneConfig:

@@ -1,0 +1,91 @@
+"""What is kept of a row: its transcript, and pictures with what was seen drawn into them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from pipeline.agent.transcript import write_transcript
+from pipeline.data.files import replacing
+from pipeline.embodiment.senses import Senses, View
+from pipeline.embodiment.session import Course, Event
+from pipeline.embodiment.things import Array
+
+SEEN, MEANT, TRUE = (30, 110, 220), (220, 40, 40), (20, 150, 60)  # colours of boxes and of crosses
+LETTERS = 13  # pixels
+CROSS = 6  # pixels from its middle to an end
+
+
+def draw_view(view: View, senses: Senses, names: Sequence[str], true: Array) -> Image.Image | None:
+    """The picture of a look with boxes, names, scores and centroids of what was seen.
+
+    Args:
+        view: The look.
+        senses: What looked; its camera knows where things would be in the picture.
+        names: What the trial was about: boxes of these names are red, others blue.
+        true: Where things really lay, base frame [m], shape (N, 3): green crosses.
+
+    Returns:
+        The picture, None where none was taken.
+    """
+    if view.image is None:
+        return None
+    picture = Image.fromarray(view.image)
+    draw = ImageDraw.Draw(picture)
+    font = ImageFont.load_default(LETTERS)
+    for each in view.sightings:
+        colour = MEANT if each.name in names else SEEN
+        draw.rectangle(each.detection.box, outline=colour, width=2)
+        u, v = each.detection.centroid
+        draw.ellipse((u - 3, v - 3, u + 3, v + 3), outline=colour, width=2)
+        x0, y0 = each.detection.box[:2]
+        text = f"{each.name} {each.score:.2f}"
+        draw.text((x0, max(y0 - LETTERS - 3, 0)), text, font=font, fill=colour)
+    camera = getattr(senses, "camera", None)
+    if camera is not None and len(true):
+        for u, v in camera.pixels_of(true):
+            draw.line((u - CROSS, v, u + CROSS, v), fill=TRUE, width=2)
+            draw.line((u, v - CROSS, u, v + CROSS), fill=TRUE, width=2)
+    return picture
+
+
+def save_picture(picture: Image.Image | None, path: Path) -> str:
+    """Write a picture; its name, or nothing if there is none."""
+    if picture is None:
+        return ""
+    with replacing(path) as partial:
+        picture.save(partial)
+    return path.name
+
+
+def save_transcript(path: Path, entries: Sequence[dict[str, Any]], course: Course) -> str:
+    """Write what was said and done as JSON lines; its name.
+
+    Entries of the conversation come first, in order; then one of each action with what it came to
+    and where its target was seen.
+    """
+    write_transcript(path, [*entries, *(described(event) for event in course.events)])
+    return path.name
+
+
+def described(event: Event) -> dict[str, Any]:
+    """An event as plain values, ready for JSON."""
+    entry: dict[str, Any] = {
+        "role": "event",
+        "time_s": round(event.time_s, 3),
+        "kind": event.action.kind,
+        "target": event.action.target,
+        "text": event.action.text,
+        "done": event.deed.done,
+        "outcome": event.deed.words,
+    }
+    if event.sighting is not None:
+        place = np.round(event.sighting.position, 4).tolist()
+        entry |= {"place_m": place, "score": round(float(event.sighting.score), 3)}
+    if event.view is not None:
+        entry["in_view"] = [each.name for each in event.view.sightings]
+    return entry

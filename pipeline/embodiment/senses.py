@@ -1,0 +1,138 @@
+"""What the robot learns of its table: from the simulator, or from the picture of its eye."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.agent import Seen, seen_at
+from pipeline.embodiment.things import Things, centre_heights
+from pipeline.grasping.config import GraspConfig, SceneConfig
+from pipeline.grasping.scene import Scene
+from pipeline.perception.camera import EyeCamera
+from pipeline.perception.config import PerceptionConfig
+from pipeline.perception.detection import Detection, Detector, Sighting
+from pipeline.perception.loading import load_detector, see
+
+if TYPE_CHECKING:
+    from robots import Robot
+
+
+@dataclass(frozen=True)
+class View:
+    """One look at the table.
+
+    Attributes:
+        image: Red, green, blue, shape (height, width, 3); None if no picture was taken.
+        sightings: What was seen on the table and where.
+    """
+
+    image: NDArray[np.uint8] | None
+    sightings: list[Sighting]
+
+    def find(self, name: str) -> Sighting | None:
+        """The surest sighting of a name."""
+        found = [each for each in self.sightings if each.name == name]
+        return max(found, key=lambda each: each.score, default=None)
+
+    def seen(self) -> list[Seen]:
+        """What the agent is told of it."""
+        return [
+            seen_at(each.name, float(each.position[0]), float(each.position[1]), each.score)
+            for each in self.sightings
+        ]
+
+
+class Senses(Protocol):
+    """Where the robot's knowledge of its table comes from."""
+
+    def look(self, scene: Scene, things: Things) -> View:
+        """Look at the table.
+
+        Args:
+            scene: The simulated world.
+            things: What lies in it, which only a perfect sense may use.
+        """
+        ...
+
+
+class Told:
+    """Perfect localisation: the simulator tells what lies where on the table."""
+
+    def __init__(self, margin: float = 0.0) -> None:
+        """Take how far around a bin what lies there counts as in it [m]."""
+        self._margin = margin
+
+    def look(self, scene: Scene, things: Things) -> View:
+        """Return every thing that lies on the table, see `Senses.look`."""
+        sightings = []
+        for each in things.all:
+            position = things.position(each)
+            detection = Detection(each.name, 1.0, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0))
+            if position[2] > scene.config.table.height:
+                sightings.append(Sighting(detection, position))
+        return View(None, outside_bins(sightings, scene.config, self._margin))
+
+
+class Eyes:
+    """The camera in the robot's head and a detector."""
+
+    def __init__(
+        self, camera: EyeCamera, detector: Detector, heights: Mapping[str, float], margin: float
+    ) -> None:
+        """Take what sees.
+
+        Args:
+            camera: Takes pictures and projects them.
+            detector: Finds things in them.
+            heights: Height of the centre of each thing, base frame [m].
+            margin: How far around a bin what is seen there counts as in it [m].
+        """
+        self.camera, self.detector = camera, detector
+        self._heights, self._margin = heights, margin
+
+    def look(self, scene: Scene, things: Things) -> View:
+        """Take a picture and find the things in it, see `Senses.look`; `things` is not used."""
+        image = self.camera.picture(scene.client)
+        sightings = see(image, self.detector, self.camera, self._heights)
+        return View(image, outside_bins(sightings, scene.config, self._margin))
+
+
+def load_senses(perception: PerceptionConfig, grasp: GraspConfig, robot: Robot) -> Senses:
+    """Load what a configuration names.
+
+    Raises:
+        PerceptionError: The robot has no camera, or there is no such detector.
+        GraspError: The robot has no scene.
+    """
+    margin = grasp.protocol.bin_margin
+    if perception.source == "perfect":
+        return Told(margin)
+    camera = EyeCamera(robot, perception.eye, perception.perturbation)
+    heights = centre_heights(grasp, grasp.scenes[robot.name])
+    return Eyes(camera, load_detector(perception, robot), heights, margin)
+
+
+def outside_bins(
+    sightings: Sequence[Sighting], scene: SceneConfig, margin: float
+) -> list[Sighting]:
+    """Leave out what lies in a bin: it is put away, and no longer on the table.
+
+    Args:
+        sightings: What was seen.
+        scene: Where the bins stand.
+        margin: Width around a bin that counts as part of it [m].
+    """
+    kept = []
+    for each in sightings:
+        boxes = scene.bins.values()
+        if not any(
+            (np.abs(each.position[:2] - box.centre) < 0.5 * np.array(box.size[:2]) + margin).all()
+            for box in boxes
+        ):
+            kept.append(each)
+    return kept

@@ -1,0 +1,65 @@
+"""What really lies on the table: the judge's knowledge, which the robot does not have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pipeline.grasping.config import GraspConfig, SceneConfig
+from pipeline.grasping.scene import Scene
+from pipeline.grasping.trial import Setup
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Thing:
+    """One thing in the simulator.
+
+    Attributes:
+        body: PyBullet's number of it.
+        setup: What it is and where it was laid.
+    """
+
+    body: int
+    setup: Setup
+
+    @property
+    def name(self) -> str:
+        """Which thing it is."""
+        return self.setup.name
+
+
+class Things:
+    """All things of a scene."""
+
+    def __init__(self, scene: Scene, config: GraspConfig, setups: Sequence[Setup]) -> None:
+        """Lay them; only before the simulation runs."""
+        self._scene = scene
+        self.all = [
+            Thing(scene.lay(config.objects[each.name], each.place, each.yaw), each)
+            for each in setups
+        ]
+
+    def position(self, thing: Thing) -> Array:
+        """Centre of a thing, base frame [m], shape (3,)."""
+        return np.array(self._scene.client.getBasePositionAndOrientation(thing.body)[0])
+
+    def nearest(self, place: ArrayLike) -> tuple[Thing, float]:
+        """The thing whose centre is nearest to a place, and how far it is over the table [m]."""
+        there = np.asarray(place, dtype=np.float64)[:2]
+        away = [float(np.linalg.norm(self.position(each)[:2] - there)) for each in self.all]
+        best = int(np.argmin(away))
+        return self.all[best], away[best]
+
+    def named(self, name: str) -> Thing | None:
+        """The first thing of a name."""
+        return next((each for each in self.all if each.name == name), None)
+
+
+def centre_heights(config: GraspConfig, scene: SceneConfig) -> dict[str, float]:
+    """Height of the centre of each thing of a scene as it lies on the table, base frame [m]."""
+    return {name: scene.table.height + 0.5 * config.objects[name].height for name in scene.objects}

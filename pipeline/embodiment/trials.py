@@ -1,0 +1,179 @@
+"""Trials with an agent: an instruction a row, a class for each of the row's things."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipeline.agent import Action, Agent
+from pipeline.embodiment.body import Body
+from pipeline.embodiment.evidence import draw_view, save_picture, save_transcript
+from pipeline.embodiment.row import row_setup
+from pipeline.embodiment.senses import Senses
+from pipeline.embodiment.session import Course, Event, Session
+from pipeline.embodiment.things import Array, Thing, Things
+from pipeline.embodiment.verdict import Verdict, judge
+from pipeline.grasping.config import GraspConfig
+from pipeline.grasping.outcome import SUCCESS, Report, measures
+from pipeline.grasping.scene import Scene
+from pipeline.grasping.trial import required_scene
+
+if TYPE_CHECKING:
+    from baselines import Solver
+    from robots import Robot
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What all rows share.
+
+    Attributes:
+        config: The experiment.
+        robot: The robot.
+        solver: Inverse kinematics of its motions.
+        repair: Solver that mends waypoints, or None.
+        seed: Root seed.
+        senses: How the table is seen.
+        agent: Begins a conversation, one a row.
+        facts: What stands in every raw row beside the trial: perception and agent.
+        folder: Where evidence is kept; None keeps none.
+    """
+
+    config: GraspConfig
+    robot: Robot
+    solver: Solver
+    repair: Solver | None
+    seed: int
+    senses: Senses
+    agent: Callable[[], Agent]
+    facts: dict[str, Any]
+    folder: Path | None = None
+
+    @property
+    def per_row(self) -> int:
+        """Trials of a row: one a thing."""
+        return len(required_scene(self.config, self.robot.name).objects)
+
+    def row(self, number: int, watch: Callable[[Scene], object] | None = None) -> list[dict]:
+        """Run the row of a number, which with the seed fixes all of it but the agent's answers.
+
+        Args:
+            number: Number of the row, from 0.
+            watch: Called with the scene once all things lie in it, for cameras.
+
+        Returns:
+            One raw row for each of its trials, in the order of their numbers.
+        """
+        begin = time.perf_counter()
+        config = self.config
+        setups = row_setup(config, self.robot.name, number, self.seed)
+        scene_config = required_scene(config, self.robot.name)
+        with Scene(self.robot, scene_config, config.engine, config.gui) as scene:
+            things = Things(scene, config, setups)
+            if watch is not None:
+                watch(scene)
+            scene.wait(config.engine.settle_s)
+            at_first = {each.body: things.position(each) for each in things.all}
+            agent = self.agent()
+            body = Body(scene, config, self.solver, self.repair)
+            session = Session(
+                agent, body, self.senses, things, config.protocol.located, _once_each()
+            )
+            words = config.protocol.sentence.format(robot=self.robot.name.upper())
+            course = session.instruct(words)
+            simulated = scene.time_s
+        shared = {
+            "turns": len(course.turns),
+            "problem": course.turns[-1].reason,
+            "simulated_s": simulated / len(setups),
+            "wall_s": (time.perf_counter() - begin) / len(setups),
+        }
+        located = config.protocol.located
+        verdicts = [judge(each, at_first[each.body], course, located) for each in things.all]
+        kept = self._keep(number, things, at_first, verdicts, course, agent)
+        return [
+            self._raw_row(thing, verdict) | files | shared
+            for thing, verdict, files in zip(things.all, verdicts, kept, strict=True)
+        ]
+
+    def _raw_row(self, thing: Thing, verdict: Verdict) -> dict[str, Any]:
+        """What was laid where, the class and its reason, what was seen, errors, contacts."""
+        setup, config, attempt = thing.setup, self.config, verdict.attempt
+        report = attempt.report if attempt is not None else None
+        return {
+            "trial": setup.number,
+            "robot": self.robot.name,
+            "solver": self.solver.name,
+            "seed": self.seed,
+            **self.facts,
+            "object": setup.name,
+            "row": setup.row,
+            "x_m": setup.place[0],
+            "y_m": setup.place[1],
+            "yaw_rad": setup.yaw,
+            "tension_scale": config.tension_scale,
+            "friction_scale": config.friction_scale,
+            "rate_hz": config.engine.rate,
+            "iterations": config.engine.iterations,
+            "class": verdict.outcome,
+            "reason": verdict.reason,
+            "seen_as": verdict.seen_as,
+            "score": float(verdict.score),
+            "sighting_error_mm": 1e3 * float(verdict.sighting_error),
+            "order": verdict.order,
+            **measures(report or Report()),
+        }
+
+    def _keep(
+        self,
+        number: int,
+        things: Things,
+        at_first: dict[int, Array],
+        verdicts: list[Verdict],
+        course: Course,
+        agent: Agent,
+    ) -> list[dict[str, Any]]:
+        """Write transcript and pictures of a row; names of the files, for each of its trials."""
+        if self.folder is None:
+            return [{"transcript": "", "picture": ""} for _ in verdicts]
+        path = self.folder / f"row{number:03d}.jsonl"
+        transcript = save_transcript(path, agent.transcript, course)
+        kept = []
+        for thing, verdict in zip(things.all, verdicts, strict=True):
+            picture = ""
+            wanted = self.config.protocol.evidence
+            if wanted == "all" or (wanted == "failures" and verdict.outcome != SUCCESS):
+                picture = self._picture(thing, verdict, np.array([*at_first.values()]), course)
+            kept.append({"transcript": transcript, "picture": picture})
+        return kept
+
+    def _picture(self, thing: Thing, verdict: Verdict, true: Array, course: Course) -> str:
+        """The look that a trial was judged by, what was seen drawn into it."""
+        assert self.folder is not None
+        event: Event | None = verdict.attempt
+        view = course.view
+        if event is not None and event.view is not None:
+            view = event.view
+        drawn = draw_view(view, self.senses, [thing.name, verdict.seen_as], true)
+        outcome = verdict.outcome.lower().replace(" ", "_")
+        return save_picture(drawn, self.folder / f"trial{thing.setup.number:03d}_{outcome}.png")
+
+
+def _once_each() -> Callable[[Action, Thing | None], str]:
+    """A rule of the protocol: each thing is grasped once, whatever came of it."""
+    tried: set[int] = set()
+
+    def refuse(action: Action, thing: Thing | None) -> str:
+        if action.kind != "grasp" or thing is None:
+            return ""
+        if thing.body in tried:
+            return "it has been tried already"
+        tried.add(thing.body)
+        return ""
+
+    return refuse

@@ -1,0 +1,115 @@
+"""The five classes of the paper (section IV-C), from what really lay there and what was done.
+
+A trial is one thing of a row. `Detection`: it was not seen where it lay, or taken for something
+else, and so could not be grasped. `LLM`: it was seen, but the agent did not have it grasped. All
+else is for the physics to say. As in the paper, a wrong name or place that leads to a successful
+grasp all the same is no failure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.embodiment.session import Course, Event
+from pipeline.embodiment.things import Array, Thing
+from pipeline.grasping.outcome import DETECTION, LANGUAGE, SUCCESS, classify
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What came of one thing of a row.
+
+    Attributes:
+        outcome: Class of the paper.
+        reason: In words.
+        attempt: The grasp that it was judged by; None if there was none.
+        order: Number of that grasp in its row, from 1; 0 if there was none.
+        seen_as: Name under which it was seen where it lay; nothing if it was not.
+        score: Certainty of that sighting, NaN if there was none.
+        sighting_error: Distance from where it was seen to where it lay [m], NaN if not seen.
+    """
+
+    outcome: str
+    reason: str
+    attempt: Event | None
+    order: int
+    seen_as: str
+    score: float
+    sighting_error: float
+
+
+def judge(thing: Thing, at_first: Array, course: Course, located: float) -> Verdict:
+    """Class one thing of a row.
+
+    Args:
+        thing: The thing.
+        at_first: Where it lay when the agent was instructed, base frame [m], shape (3,).
+        course: How the instruction went.
+        located: Distance within which a sighting is of the thing that lies there [m].
+    """
+    attempt, order = _attempt(thing, course)
+    seen_as, score, error = _seen(thing.name, at_first, course, located)
+    if attempt is not None and attempt.sighting is not None:
+        seen_as, score = attempt.sighting.name, attempt.sighting.score
+        error = attempt.offset
+    outcome, reason = _outcome(thing, at_first, course, attempt, seen_as)
+    return Verdict(outcome, reason, attempt, order, seen_as, score, error)
+
+
+def _attempt(thing: Thing, course: Course) -> tuple[Event | None, int]:
+    """The first grasp where the thing lay, or else the first in its name where nothing lay."""
+    grasps = [event for event in course.events if event.report is not None]
+    here = [event for event in grasps if event.thing is thing]
+    meant = [e for e in grasps if e.thing is None and e.action.target == thing.name]
+    for event in (*here, *meant):
+        return event, grasps.index(event) + 1
+    return None, 0
+
+
+def _seen(name: str, place: Array, course: Course, located: float) -> tuple[str, float, float]:
+    """Name, score and error of the sighting of a thing in the first look; its own name first."""
+    near = []
+    for each in course.view.sightings:
+        away = float(np.linalg.norm(each.position[:2] - place[:2]))
+        if away <= located:
+            near.append((each.name != name, away, each))
+    if not near:
+        return "", float("nan"), float("nan")
+    _, away, found = min(near, key=lambda item: item[:2])
+    return found.name, found.score, away
+
+
+def _outcome(
+    thing: Thing, place: Array, course: Course, attempt: Event | None, seen_as: str
+) -> tuple[str, str]:
+    if attempt is not None and attempt.report is not None:
+        outcome, reason = classify(attempt.report)
+        if outcome == SUCCESS:
+            return outcome, reason
+        if attempt.thing is None:
+            return DETECTION, f"seen {1e3 * attempt.offset:.0f} mm beside it: {reason}"
+        if attempt.action.target != thing.name:
+            return DETECTION, f"taken for {attempt.action.target}: {reason}"
+        return outcome, reason
+    if seen_as != thing.name:
+        return DETECTION, _unseen(thing.name, place, course, seen_as)
+    if course.problem:
+        return LANGUAGE, course.problem
+    others = {e.action.kind for e in course.events if e.thing is thing and e.report is None}
+    if others:
+        return LANGUAGE, f"not grasped, but asked to {' and '.join(sorted(others))}"
+    return LANGUAGE, "seen, but no grasp of it was asked for"
+
+
+def _unseen(name: str, place: Array, course: Course, seen_as: str) -> str:
+    """Why a thing counts as not seen."""
+    if seen_as:
+        return f"seen as {seen_as}"
+    away = [
+        float(np.linalg.norm(each.position[:2] - place[:2]))
+        for each in course.view.sightings
+        if each.name == name
+    ]
+    return f"seen {1e3 * min(away):.0f} mm from where it lay" if away else "not seen"
