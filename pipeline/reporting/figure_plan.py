@@ -11,6 +11,7 @@ from pipeline.reporting import figures_benchmark as benchmark
 from pipeline.reporting import figures_comparison as comparison
 from pipeline.reporting import figures_experiment as experiment
 from pipeline.reporting import figures_grasps as grasps
+from pipeline.reporting import figures_planner as plans
 from pipeline.reporting.losses import contests, losses_figure, verdict
 from pipeline.reporting.material import Material
 from pipeline.reporting.page import Illustration
@@ -87,9 +88,15 @@ def planned(material: Material) -> Iterator[tuple[str, str, Callable[[], Figure]
         )
     if results.plan:
         yield (
+            "planner_flips",
+            "Plans whose path stays in reach: without a branch flip on the path as asked, without "
+            "one on another curve between the same ends, or neither.",
+            lambda: plans.planner_flips(results.plan),
+        )
+        yield (
             "planner_times",
             "Time and largest tip error of every plan; the dashed line is the paper's 70 ms.",
-            lambda: experiment.planner_times(results.plan, published),
+            lambda: plans.planner_times(results.plan, published),
         )
     if results.grasp:
         yield (

@@ -1,4 +1,4 @@
-"""Figures of training, planning and grasping."""
+"""Figures of training and grasping."""
 
 from __future__ import annotations
 
@@ -15,15 +15,12 @@ from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.naming import (
     OUTCOMES,
     ordered_robots,
-    ordered_solvers,
     outcome_key,
     robot_title,
-    solver_title,
 )
 from pipeline.reporting.published import Published
 from pipeline.reporting.style import (
     INK,
-    PAPER_COLOUR,
     SOFT,
     label_first_column,
     legend_below,
@@ -31,7 +28,7 @@ from pipeline.reporting.style import (
     looks,
     panels,
 )
-from pipeline.reporting.tables_trials import PUBLISHED_TRIALS, one_row_a_plan
+from pipeline.reporting.tables_trials import PUBLISHED_TRIALS
 
 Curves = Mapping[tuple[str, str], tuple[dict[str, Any], pd.DataFrame]]
 SMOOTHING = 25  # points of a moving median over the noisy batch errors
@@ -82,36 +79,6 @@ def grasp_outcomes(
         axis.set(ylim=(0, 112), title=robot_title(robot))
         axis.grid(visible=False, axis="x")
     label_first_column(axes, "trials [%]")
-    legend_below(figure, axes)
-    return figure
-
-
-def planner_times(plans: Mapping[str, pd.DataFrame], published: Published) -> Figure:
-    """Plan time and largest tip error of every plan, by solver."""
-    robots = ordered_robots(plans)
-    figure, axes = panels(len(robots), 3.7, 3.0)
-    look = looks(solver for rows in plans.values() for solver in rows.solver)
-    paper = published.number("planner", "nico_nicol", "cycleik", "time_per_50_point_plan")
-    for axis, robot in zip(axes, robots, strict=True):
-        rows = one_row_a_plan(plans[robot])
-        for solver in ordered_solvers(rows.solver):
-            mine = rows[rows.solver == solver]
-            axis.plot(
-                mine.plan_time_ms,
-                np.maximum(mine.tip_error_mm, 1e-4),
-                look[solver].marker,
-                color=look[solver].colour,
-                alpha=0.45,
-                markeredgewidth=0,
-                markersize=4.5,
-                label=solver_title(solver),
-            )
-        if paper is not None and robot in ("nico", "nicol"):
-            axis.axvline(paper, color=PAPER_COLOUR, linestyle="--", label="paper's plan time")
-        axis.set(title=robot_title(robot), xlabel="time of a plan of 50 poses [ms]")
-        logarithmic(axis, "x")
-        logarithmic(axis, "y")
-    label_first_column(axes, "largest tip error on the path [mm]")
     legend_below(figure, axes)
     return figure
 

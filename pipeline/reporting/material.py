@@ -20,10 +20,11 @@ from pipeline.reporting.table import Table
 from pipeline.reporting.tables_benchmark import neural_comparison, numerical_comparison
 from pipeline.reporting.tables_experiments import constraints, solutions
 from pipeline.reporting.tables_grasps import grasp_objects, grasp_studies
+from pipeline.reporting.tables_planner import planner, planner_routes
 from pipeline.reporting.tables_seeds import neural_seeds
 from pipeline.reporting.tables_solvers import comparisons, precision, timing
 from pipeline.reporting.tables_training import datasets, hyperparameters, training
-from pipeline.reporting.tables_trials import grasping, planner
+from pipeline.reporting.tables_trials import grasping
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,7 @@ def make_tables(material: Material) -> list[Table]:
         constraints(results),
         solutions(results),
         planner(results, published),
+        planner_routes(results),
         grasping(results, published, material.config),
         grasp_objects(results, material.config),
         grasp_studies(results, material.config),

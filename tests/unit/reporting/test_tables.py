@@ -12,8 +12,9 @@ from pipeline.reporting.results import Results
 from pipeline.reporting.summary import summarise
 from pipeline.reporting.table import Column, Table, significant
 from pipeline.reporting.tables_benchmark import neural_comparison, numerical_comparison
+from pipeline.reporting.tables_planner import planner
 from pipeline.reporting.tables_training import hyperparameters
-from pipeline.reporting.tables_trials import grasping, planner
+from pipeline.reporting.tables_trials import grasping
 
 
 @pytest.fixture(scope="module")
