@@ -23,6 +23,7 @@ KINDS_OF = {
 # `tune` says how long and on what a trial trains; the rest names a run or what is kept of it.
 FIXED = ("epochs", "validations", "poses", "name", "kind", "repetition", "checkpoint_s", "device")
 FIXED += ("keep", "source")
+PRUNERS = ("none", "outclassed", "percentile", "median", "hyperband")
 JOURNAL = "journal"
 STORAGES = ("postgresql://", "postgresql+")
 
@@ -94,15 +95,17 @@ class PrunerConfig:
 
     kind: str = MISSING
     keep: float = MISSING
+    margin: float = MISSING
     startup: int = MISSING
     after: float = MISSING
     reports: int = MISSING
 
     def __post_init__(self) -> None:
         """Refuse unknown pruners and shares beyond 1."""
-        one_of("tune.pruner.kind", self.kind, ("none", "percentile", "median", "hyperband"))
+        one_of("tune.pruner.kind", self.kind, PRUNERS)
         within("tune.pruner.keep", self.keep, 0, 1)
         within("tune.pruner.after", self.after, 0, 1)
+        at_least("tune.pruner.margin", self.margin, 1)
         at_least("tune.pruner.startup", self.startup, 0)
         positive("tune.pruner.reports", self.reports)
 

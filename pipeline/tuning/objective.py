@@ -64,11 +64,10 @@ class Objective:
             values.append(value)
             if not math.isfinite(value):
                 raise ArithmeticError(f"the validation loss is {value} after {step} steps")
-            if tune.pruner.kind != "none":
-                trial.report(value, round(WHOLE * step / total))
-                if step < total and trial.should_prune():
-                    raise TrialPruned
+            trial.report(value, round(WHOLE * step / total))
             _note_errors(trial, row)
+            if step < total and trial.should_prune():
+                raise TrialPruned
 
         run = Run(seed=seed, digest="", label=f"trial {trial.number}", report=report)
         trainer = Trainer(self.robot, network, train, run)
