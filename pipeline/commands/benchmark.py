@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from pipeline.config import bench_lists, compose
+from pipeline.engine.config import LOCAL, EngineConfig
+from pipeline.engine.cores import usable_cores
+from pipeline.engine.running import one_machine, workers_of
 from pipeline.errors import PipelineError
-from pipeline.evaluation.machine import usable_cores
 from pipeline.evaluation.side_by_side import Job, jobs_in_turns, run_jobs
 from pipeline.solvers import check_solvers
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
@@ -14,12 +17,13 @@ from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 LISTS = ("robots", "numerical", "unpinned")
 HELP = """\
 python -m pipeline benchmark [robots=[panda,nico]] [numerical=[lm,placo]] [unpinned=[trac_ik]]
-                             [processes=2] [profile=paper] [key=value ...]
+                             [processes=2] [engine=slurm] [profile=paper] [key=value ...]
 
 Evaluates every solver of `numerical` on every robot, `processes` at a time, each pinned to a core
 of its own and robot by robot in turns, then those of `unpinned` alone on all cores. What is left
-out comes from conf/bench.yaml. Whole rows of the same question are kept: killed and called again
-it goes on. Datasets that are missing are made first.
+out comes from conf/bench.yaml; `processes` is `engine.workers` in short, and on another engine than
+local that key counts. Whole rows of the same question are kept: killed and called again it goes on.
+Datasets that are missing are made first.
 """
 
 
@@ -29,7 +33,7 @@ def benchmark(arguments: list[str]) -> int:
         print(HELP, end="")
         return 0
     lists, overrides = _lists(arguments)
-    processes = min(int(lists["processes"]), usable_cores())
+    engine = _engine(lists, overrides)
     robots, solvers, unpinned = (lists[name] for name in LISTS)
     for robot in robots:  # a typo or a missing package stops before the first hour, not after it
         config = compose([*overrides, f"robot={robot}"])
@@ -38,36 +42,46 @@ def benchmark(arguments: list[str]) -> int:
     jobs = jobs_in_turns(robots, solvers, unpinned)
     root = artifacts(compose(overrides)).root
 
-    def command(job: Job, place: int, beside: int) -> list[str]:
+    alone = [item for item in overrides if not item.startswith(("engine=", "engine."))]
+
+    def command(job: Job, beside: int) -> list[str]:
         return [
             "evaluate",
-            *overrides,
+            *alone,
             f"robot={job.robot}",
             f"evaluate.solvers=[{job.solver}]",
             f"evaluate.pinned={str(job.pinned).lower()}",
-            f"evaluate.first_core={place}",
             f"evaluate.side_by_side={beside}",
             "evaluate.keep=true",
         ]
 
-    failed = run_jobs(jobs, command, processes, root / "checkpoint")
+    failed = run_jobs(jobs, command, engine, root / "checkpoint")
     print(root / "evaluate")
     if failed:
         print(f"{len(failed)} of {len(jobs)} failed: {', '.join(str(job) for job in failed)}")
     return int(bool(failed))
 
 
+def _engine(lists: dict[str, Any], overrides: list[str]) -> EngineConfig:
+    """The engine of the run; `processes` says how many jobs a single machine takes."""
+    engine = compose(overrides).engine
+    if lists["given"] or (engine.name == LOCAL and engine.workers == 1):
+        engine = replace(engine, workers=int(lists["processes"]))
+    workers = workers_of(engine)
+    return replace(engine, workers=min(workers, usable_cores()) if one_machine(engine) else workers)
+
+
 def _lists(arguments: list[str]) -> tuple[dict[str, Any], list[str]]:
     """Split the command's own keys, bench.yaml filling the gaps, from overrides of the stage."""
     bench = bench_lists()
-    own = {name: bench[name] for name in (*LISTS, "processes")}
+    own = {name: bench[name] for name in (*LISTS, "processes")} | {"given": False}
     overrides = []
     for argument in arguments:
         key, _, value = argument.partition("=")
         if key in LISTS:
             own[key] = [name.strip() for name in value.strip("[]").split(",") if name.strip()]
         elif key == "processes":
-            own[key] = _count(value)
+            own |= {key: _count(value), "given": True}
         elif argument.startswith("-") or key in ("robot", "evaluate.solvers"):
             raise PipelineError(f"benchmark takes robots=[...] and numerical=[...], got {argument}")
         else:

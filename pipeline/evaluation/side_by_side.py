@@ -1,4 +1,4 @@
-"""Many evaluations unattended: a few at a time, each in a process and on a core of its own."""
+"""Many evaluations unattended: each in a process and on a core of its own, wherever that is."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from queue import Empty, Queue
 
+from pipeline.engine.config import EngineConfig
+from pipeline.engine.cores import own_cores, usable_cores
+from pipeline.engine.running import one_machine, try_tasks, workers_of
+from pipeline.engine.task import Outcome
 from pipeline.progress import LOGGER
 from pipeline.provenance import ROOT
 
@@ -55,20 +57,21 @@ def jobs_in_turns(
 
 def run_jobs(
     jobs: Sequence[Job],
-    command: Callable[[Job, int, int], Sequence[str]],
-    processes: int,
+    command: Callable[[Job, int], Sequence[str]],
+    engine: EngineConfig,
     logs: Path,
 ) -> list[Job]:
-    """Run all jobs, pinned ones ``processes`` at a time, the others alone after them.
+    """Run all jobs, pinned ones as many at a time as the engine takes, the others after them.
 
-    A job that fails is told and does not stop the others. What a killed job had measured is kept by
-    the stage itself.
+    Those that are not pinned run one at a time on one machine: nothing may run beside them. A job
+    that fails is told and does not stop the others. What a killed job had measured is kept by the
+    stage itself.
 
     Args:
         jobs: In the order of work.
-        command: Gives the arguments of `python -m pipeline` for a job, the place of its process
-            (from 0) and how many run side by side.
-        processes: How many pinned jobs run at a time.
+        command: Gives the arguments of `python -m pipeline` for a job and the number of those that
+            run side by side on a machine.
+        engine: Where they run.
         logs: Folder that receives the output of each job.
 
     Returns:
@@ -76,58 +79,57 @@ def run_jobs(
     """
     logs.mkdir(parents=True, exist_ok=True)
     failed: list[Job] = []
-    count = _Count(len(jobs))
-    for pinned, places in ((True, processes), (False, 1)):
-        queue: Queue[Job] = Queue()
-        for job in jobs:
-            if job.pinned is pinned:
-                queue.put(job)
-
-        def work(place: int, queue: Queue[Job] = queue, places: int = places) -> None:
-            while (job := _next(queue)) is not None:
-                if not _run(command(job, place, places), logs / job.file_name, job, count):
-                    failed.append(job)
-
-        with ThreadPoolExecutor(places) as pool:
-            try:
-                for future in [pool.submit(work, place) for place in range(places)]:
-                    future.result()
-            finally:  # interrupted: the running jobs were too, and no other may begin
-                while _next(queue) is not None:
-                    pass
+    ended = 0
+    for pinned in (True, False):
+        chosen = [job for job in jobs if job.pinned is pinned]
+        places = workers_of(engine) if pinned or not one_machine(engine) else 1
+        beside = min(places, usable_cores()) if one_machine(engine) else 1
+        runs = [Run(tuple(command(job, beside)), logs / job.file_name, pinned) for job in chosen]
+        for number, outcome in try_tasks(replace(engine, workers=places), run_apart, runs, "bench"):
+            ended += 1
+            if not _tell(f"{ended} of {len(jobs)}: {chosen[number]}", outcome, runs[number].log):
+                failed.append(chosen[number])
     return failed
 
 
-def _next(queue: Queue[Job]) -> Job | None:
-    try:
-        return queue.get_nowait()
-    except Empty:
-        return None
+@dataclass(frozen=True)
+class Run:
+    """A command of the pipeline in a process of its own.
+
+    Attributes:
+        arguments: Of `python -m pipeline`.
+        log: File that receives its output.
+        pinned: Whether it is timed on one core; else on all that there are.
+    """
+
+    arguments: tuple[str, ...]
+    log: Path
+    pinned: bool
 
 
-@dataclass
-class _Count:
-    """How many of all jobs have ended."""
+def run_apart(run: Run) -> tuple[int, float]:
+    """Run a command on cores that nothing else is timed on; its exit status and seconds."""
+    with own_cores(1 if run.pinned else usable_cores()) as first:
+        began = time.monotonic()
+        with run.log.open("w", encoding="utf-8") as stream:
+            place = [f"evaluate.first_core={first}"] if run.pinned else []
+            status = subprocess.run(
+                [sys.executable, "-m", "pipeline", *run.arguments, *place],
+                cwd=ROOT,
+                stdout=stream,
+                stderr=subprocess.STDOUT,
+                check=False,
+            ).returncode
+        return status, time.monotonic() - began
 
-    total: int
-    ended: int = 0
 
-
-def _run(arguments: Sequence[str], log: Path, job: Job, count: _Count) -> bool:
-    began = time.monotonic()
-    with log.open("w", encoding="utf-8") as stream:
-        status = subprocess.run(
-            [sys.executable, "-m", "pipeline", *arguments],
-            cwd=ROOT,
-            stdout=stream,
-            stderr=subprocess.STDOUT,
-            check=False,
-        ).returncode
-    count.ended += 1
-    place, seconds = f"{count.ended} of {count.total}", time.monotonic() - began
+def _tell(what: str, outcome: Outcome[tuple[int, float]], log: Path) -> bool:
+    """Say how a job ended and return whether it went well."""
+    status, seconds = outcome.value or (None, 0.0)
     if status == 0:
-        LOGGER.info("%s: %s done in %.0f s", place, job, seconds)
+        LOGGER.info("%s done in %.0f s", what, seconds)
         return True
-    last = [line for line in log.read_text(encoding="utf-8").splitlines() if line.strip()][-1:]
-    LOGGER.info("%s: %s failed (%s), see %s", place, job, "".join(last) or status, log)
+    text = log.read_text(encoding="utf-8") if log.exists() else ""
+    last = [line for line in text.splitlines() if line.strip()][-1:]
+    LOGGER.info("%s failed (%s), see %s", what, outcome.problem or "".join(last) or status, log)
     return False

@@ -3,6 +3,8 @@
 import pytest
 
 from pipeline.commands.benchmark import benchmark
+from pipeline.config import compose
+from pipeline.engine.cores import usable_cores
 from pipeline.evaluation.side_by_side import Job, jobs_in_turns, run_jobs
 
 
@@ -14,19 +16,20 @@ def test_robots_begin_with_other_solvers_and_unpinned_jobs_come_last():
     assert len({job.file_name for job in jobs}) == len(jobs)
 
 
-def test_every_job_runs_once_on_a_core_of_its_own_and_a_failure_stops_no_other(tmp_path):
+def test_every_job_runs_once_and_a_failure_stops_no_other(tmp_path):
     seen = []
     jobs = jobs_in_turns(["a", "b"], ["x", "y"], ["y"])
+    engine = compose(["engine.workers=2"]).engine
 
-    def command(job, place, beside):
-        seen.append((job, place, beside))
+    def command(job, beside):
+        seen.append((job, beside))
         return ["help"] if job != Job("a", "y") else ["no-such-command"]
 
-    failed = run_jobs(jobs, command, 2, tmp_path / "logs")
+    failed = run_jobs(jobs, command, engine, tmp_path / "logs")
     assert failed == [Job("a", "y")]
-    assert sorted(str(job) for job, _, _ in seen) == sorted(str(job) for job in jobs)
-    assert {(place, beside) for job, place, beside in seen if not job.pinned} == {(0, 1)}
-    assert {beside for job, _, beside in seen if job.pinned} == {2}
+    assert sorted(str(job) for job, _ in seen) == sorted(str(job) for job in jobs)
+    assert {beside for job, beside in seen if not job.pinned} == {1}
+    assert {beside for job, beside in seen if job.pinned} == {min(2, usable_cores())}
     assert "error:" in (tmp_path / "logs" / Job("a", "y").file_name).read_text()
 
 
