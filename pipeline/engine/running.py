@@ -13,7 +13,7 @@ from typing import TypeVar
 from pipeline.engine.config import JOBLIB, LOCAL, RAY, SLURM, EngineConfig
 from pipeline.engine.cores import usable_cores
 from pipeline.engine.errors import EngineError
-from pipeline.engine.task import Call, Outcome
+from pipeline.engine.task import Call, Outcome, threads_held
 from pipeline.engine.windowed import Jobs, in_flight
 
 Task = TypeVar("Task")
@@ -45,8 +45,9 @@ def run_tasks(
         PipelineError: A task refused what it was given.
         TaskFault: A task raised anything else.
     """
-    if not fans_out(engine) or (engine.name == LOCAL and len(tasks) < 2):
-        return [_here(function, number, task, finished) for number, task in enumerate(tasks)]
+    if not fans_out(engine) or (engine.name == LOCAL and len(tasks) == 1):
+        with threads_held(engine.cpus):
+            return [_here(function, number, task, finished) for number, task in enumerate(tasks)]
     results: dict[int, Result] = {}
     deaths: dict[int, str] = {}
     with closing(try_tasks(engine, function, tasks, title)) as endings:
@@ -91,8 +92,9 @@ def try_tasks(
         return
     if not fans_out(engine):
         plain = Call(function, 0)
-        for number, task in enumerate(tasks):
-            yield number, plain(task)
+        with threads_held(engine.cpus):
+            for number, task in enumerate(tasks):
+                yield number, plain(task)
         return
     if engine.name == JOBLIB:
         from pipeline.engine.loky import loky_tasks

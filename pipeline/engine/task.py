@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -72,8 +73,6 @@ class Call(Generic[Task, Result]):
         hold_threads(self.cpus)
         try:
             return Outcome(self.function(task))
-        except KeyboardInterrupt:
-            return lost("interrupted")
         except Exception as error:
             sentence = f"{type(error).__name__}: {error}"
             home = type(error).__module__.split(".")[0]
@@ -93,15 +92,36 @@ class Batch(Generic[Task, Result]):
         return [self.call(task) for task in tasks]
 
 
+@contextmanager
+def threads_held(count: int) -> Iterator[None]:
+    """Let the thread pools of this process have ``count`` threads for a while; 0 changes nothing.
+
+    The sums of floats that a training is made of hang on the number of threads.
+    """
+    if not count:
+        yield
+        return
+    import numba
+    import torch
+
+    before = torch.get_num_threads(), numba.get_num_threads()
+    try:
+        hold_threads(count)
+        yield
+    finally:
+        torch.set_num_threads(before[0])
+        numba.set_num_threads(before[1])
+
+
 def hold_threads(count: int) -> None:
-    """Let the thread pools of this process have ``count`` threads; 0 leaves them alone.
+    """Let the thread pools of this process have ``count`` threads from now on; 0 changes nothing.
 
     Libraries that are not imported yet read their number from the environment when they are.
     """
     if not count:
         return
-    for name in ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS"):
-        if name != "NUMBA_NUM_THREADS" or "numba" not in sys.modules:
+    for library, name in (("torch", "OMP_NUM_THREADS"), ("numba", "NUMBA_NUM_THREADS")):
+        if library not in sys.modules:
             os.environ[name] = str(count)
     if "torch" in sys.modules:
         sys.modules["torch"].set_num_threads(count)

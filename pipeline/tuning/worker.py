@@ -13,6 +13,7 @@ from optuna import Study
 from pipeline.data.dataset import read_split
 from pipeline.engine.errors import EngineError
 from pipeline.engine.running import fans_out, try_tasks, workers_of
+from pipeline.engine.task import threads_held
 from pipeline.progress import LOGGER, bar
 from pipeline.settings import Config
 from pipeline.tuning.objective import Objective
@@ -83,7 +84,8 @@ def search(job: Job, study: Study) -> None:
             if is_over(count(study), config):
                 return
             if not fans_out(engine):
-                work(job)
+                with threads_held(engine.cpus):
+                    work(job)
                 continue
             for number, outcome in try_tasks(engine, work, [job] * workers_of(engine), "tune"):
                 if outcome.lost:
