@@ -55,9 +55,17 @@ class Artifacts:
         """Folder of the planner benchmark of a robot."""
         return self.root / "plan" / robot
 
+    def detector(self, robot: str) -> Path:
+        """Folder of the trained detector of a robot's things."""
+        return self.root / "detector" / robot
+
     def grasp(self, robot: str) -> Path:
         """Folder of the grasp trials of a robot."""
         return self.root / "grasp" / robot
+
+    def grasp_agent(self, robot: str, setting: str) -> Path:
+        """Folder of the grasp trials of a robot that sees or is spoken to, such as camera-policy."""
+        return self.root / "grasp_agent" / robot / setting
 
     def grasp_study(self, robot: str) -> Path:
         """Folder of the studies of a robot's grasps, one table a study."""

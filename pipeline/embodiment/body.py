@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from baselines import Solver
 
 Array = NDArray[np.float64]
-GESTURES = {"push": Push, "point": Point}
 
 
 class Body:
@@ -52,8 +51,10 @@ class Body:
         self.scene.thing = thing
         if kind == "grasp":
             deed = self._grasp(grip_point(self.config, self.scene, place, name))
+        elif kind == "push":
+            deed = Push(self.arm).run(place)
         else:
-            deed = GESTURES[kind](self.arm).run(place)
+            deed = Point(self.arm).run(place)
         self.arm.retreat()
         return deed
 

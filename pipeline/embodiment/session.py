@@ -26,6 +26,7 @@ class Event:
         thing: What really lay there; None if nothing did.
         offset: How far from its target's sighting the nearest thing lay [m].
         report: Of a grasp, what happened.
+        lasted_s: How long it took [s].
     """
 
     time_s: float
@@ -36,6 +37,7 @@ class Event:
     thing: Thing | None = None
     offset: float = float("nan")
     report: Report | None = None
+    lasted_s: float = 0.0
 
 
 @dataclass
@@ -126,7 +128,8 @@ class Session:
             place, name = sighting.position.copy(), sighting.name
             deed = self.body.act(action.kind, place, name, judged.body)
             report = self.body.report if action.kind == "grasp" else None
-        return self._told(Event(now, action, deed, sighting, view, thing, offset, report))
+        lasted = self.body.scene.time_s - now
+        return self._told(Event(now, action, deed, sighting, view, thing, offset, report, lasted))
 
     def _told(self, event: Event) -> Event:
         """Tell the agent what an action came to."""

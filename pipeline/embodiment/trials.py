@@ -86,11 +86,9 @@ class Experiment:
             )
             words = config.protocol.sentence.format(robot=self.robot.name.upper())
             course = session.instruct(words)
-            simulated = scene.time_s
         shared = {
             "turns": len(course.turns),
             "problem": course.turns[-1].reason,
-            "simulated_s": simulated / len(setups),
             "wall_s": (time.perf_counter() - begin) / len(setups),
         }
         located = config.protocol.located
@@ -126,6 +124,8 @@ class Experiment:
             "score": float(verdict.score),
             "sighting_error_mm": 1e3 * float(verdict.sighting_error),
             "order": verdict.order,
+            "began_s": attempt.time_s if attempt is not None else float("nan"),
+            "simulated_s": attempt.lasted_s if attempt is not None else 0.0,
             **measures(report or Report()),
         }
 

@@ -74,24 +74,36 @@ class Series:
         Returns:
             The videos; beside each lies a contact sheet of stills as PNG.
         """
-        for old in folder.glob("trial*_*"):
-            if old.suffix in FILMED:
-                old.unlink()
-        return [self.film_trial(number, folder) for number in self._filmed(rows)]
+        clear_films(folder)
+        numbers = filmed_trials(self.config.video, rows)
+        return [self.film_trial(number, folder) for number in numbers]
 
     def film_trial(self, number: int, folder: Path, prefix: str = "") -> Path:
         """Run one trial with the camera on; stills and a GIF lie beside the MP4 it returns."""
         recorder = Recorder(self.config.recording)
-        outcome = str(self.trial(number, recorder)["class"]).lower().replace(" ", "_")
-        path = folder / f"{prefix}trial{number:03d}_{outcome}.mp4"
+        path = folder / film_name(number, str(self.trial(number, recorder)["class"]), prefix)
         recorder.write(path)
         recorder.stills(STILLS).save(path.with_suffix(".png"))
         return path
 
-    def _filmed(self, rows: pd.DataFrame) -> list[int]:
-        if self.config.video == "all":
-            return [int(number) for number in rows["trial"]]
-        if self.config.video == "classes":
-            firsts = [rows.loc[rows["class"] == name, "trial"].head(1) for name in CLASSES]
-            return sorted(int(number) for first in firsts for number in first)
-        return [0] if self.config.video == "first" else []
+
+def film_name(number: int, outcome: str, prefix: str = "") -> str:
+    """Name of the film of a trial."""
+    return f"{prefix}trial{number:03d}_{outcome.lower().replace(' ', '_')}.mp4"
+
+
+def clear_films(folder: Path) -> None:
+    """Remove the films that an earlier run left in a folder."""
+    for old in folder.glob("trial*_*"):
+        if old.suffix in FILMED:
+            old.unlink()
+
+
+def filmed_trials(video: str, rows: pd.DataFrame) -> list[int]:
+    """Numbers of the trials to film: all, the first of each class, the first, or none."""
+    if video == "all":
+        return [int(number) for number in rows["trial"]]
+    if video == "classes":
+        firsts = [rows.loc[rows["class"] == name, "trial"].head(1) for name in CLASSES]
+        return sorted(int(number) for first in firsts for number in first)
+    return [int(number) for number in rows["trial"].head(1)] if video == "first" else []

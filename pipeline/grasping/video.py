@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,19 +38,26 @@ class Recorder:
         self.phases: list[tuple[int, str]] = []
         self._due = 0.0
 
-    def attach(self, scene: Scene) -> None:
-        """Film a scene from now on, at the video's rate in simulated time."""
-        self._due = scene.time_s
+    def attach(self, scene: Scene, begin_s: float = 0.0, end_s: float = math.inf) -> None:
+        """Film a scene from now on, at the video's rate in simulated time.
+
+        Args:
+            scene: What to film.
+            begin_s: Simulated time before which nothing is filmed [s].
+            end_s: Simulated time after which nothing is filmed [s].
+        """
+        self._due = max(scene.time_s, begin_s)
 
         def on_step() -> None:
-            if scene.time_s >= self._due:
+            if self._due <= scene.time_s <= end_s:
                 self._due += 1.0 / self.config.rate
                 self.frames.append(
                     render(scene.client, scene.config.camera, self.config, scene.tip_position())
                 )
 
         def on_phase(name: str) -> None:
-            self.phases.append((len(self.frames) - 1, name))
+            if begin_s <= scene.time_s <= end_s:
+                self.phases.append((len(self.frames) - 1, name))
 
         scene.on_step, scene.on_phase = on_step, on_phase
 

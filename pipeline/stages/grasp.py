@@ -1,7 +1,12 @@
-"""Stage grasp: pick-and-drop trials in simulation, held by contact and friction alone."""
+"""Stage grasp: pick-and-drop trials in simulation, held by contact and friction alone.
+
+With `perception=camera` or an `agent` the trials are those of the paper's human in the loop: all
+things on a row, one spoken instruction a row, five classes.
+"""
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +16,16 @@ from pipeline.config import to_dict
 from pipeline.data.files import write_json
 from pipeline.data.rows import KeptRows
 from pipeline.data.tables import write_table
+from pipeline.embodiment.loading import (
+    EVIDENCE,
+    embodied_facts,
+    is_embodied,
+    load_agent_series,
+    senses_identity,
+    setting_name,
+)
+from pipeline.embodiment.series import AgentSeries
+from pipeline.errors import ConfigError
 from pipeline.evaluation.identity import solver_identity
 from pipeline.grasping import ablation
 from pipeline.grasping.ablation import Study
@@ -21,6 +36,7 @@ from pipeline.progress import bar
 from pipeline.settings import Config
 from pipeline.solvers import check_solvers
 from pipeline.stages.inputs import artifacts, robot_of, solver_of
+from robots import Robot
 
 
 def run(config: Config) -> list[Path]:
@@ -34,24 +50,40 @@ def run(config: Config) -> list[Path]:
     if study is not None:
         asked["grasp.ablation.vary.solver"] = list(study.vary.get("solver", []))
     check_solvers(asked, robot)
+    if study is not None and is_embodied(config):
+        raise ConfigError("a study of grasps needs perception=perfect and agent=none")
     repair = solver_of(config.grasp.repair, robot, config) if config.grasp.repair else None
     solver = solver_of(config.grasp.solver, robot, config)
     series = Series(config.grasp, robot, solver, repair, config.seed)
     if study is not None:
         return _study(config, Study(series, lambda name: solver_of(name, robot, config)))
-    return _trials(config, series)
+    if is_embodied(config):
+        return _embodied(config, series)
+    folder = artifacts(config).grasp(robot.name)
+    return _trials(config, series, folder, _Kept(config, series, "grasp"))
 
 
-def _trials(config: Config, series: Series) -> list[Path]:
-    folder = artifacts(config).grasp(series.robot.name)
-    facts, path = _kept(config, series, "grasp")
+def _embodied(config: Config, series: Series) -> list[Path]:
+    """Trials with a camera or an agent, beside those without."""
+    setting = setting_name(config)
+    folder = artifacts(config).grasp_agent(series.robot.name, setting)
+    runner = load_agent_series(config, series, folder)
+    facts = embodied_facts(config)
+    kept = _Kept(config, series, f"grasp-{setting}", facts, senses_identity(runner))
+    if not kept.path.exists():
+        shutil.rmtree(folder / EVIDENCE, ignore_errors=True)  # of an earlier run
+    return _trials(config, runner, folder, kept)
+
+
+def _trials(config: Config, runner: Series | AgentSeries, folder: Path, made: _Kept) -> list[Path]:
+    robot, facts = made.robot, made.facts
     with exclusive(folder):
-        kept = KeptRows(path, KEY)
-        with _Progress(config.grasp.trials, f"grasp {series.robot.name}") as progress:
-            rows = series.run(kept, progress)
+        kept = KeptRows(made.path, KEY)
+        with _Progress(config.grasp.trials, f"grasp {robot.name}") as progress:
+            rows = runner.run(kept, progress)
         folder.mkdir(parents=True, exist_ok=True)
-        series.film(rows, folder)
-        card = _card(config, series)
+        runner.film(rows, folder)
+        card = _card(config, robot)
         write_table(folder / "trials.parquet", rows, {**card, **facts})
         counts = {str(name): int(count) for name, count in rows["class"].value_counts().items()}
         write_json(folder / "metrics.json", counts)
@@ -64,31 +96,37 @@ def _study(config: Config, study: Study) -> list[Path]:
     series = study.series
     assert series.config.ablation is not None
     folder = artifacts(config).grasp_study(series.robot.name)
-    facts, path = _kept(config, series, "study")
+    made = _Kept(config, series, "study")
     name = series.config.ablation.study
     with exclusive(folder):
-        kept = KeptRows(path, ablation.KEY)
+        kept = KeptRows(made.path, ablation.KEY)
         with _Progress(study.trials, f"{name} {series.robot.name}") as progress:
             rows = study.run(kept, progress)
         folder.mkdir(parents=True, exist_ok=True)
         study.film(rows, folder)
-        write_table(folder / f"{name}.parquet", rows, {**_card(config, series), **facts})
+        write_table(folder / f"{name}.parquet", rows, {**_card(config, series.robot), **made.facts})
         kept.clear()
     return [folder / f"{name}.parquet"]
 
 
-def _kept(config: Config, series: Series, kind: str) -> tuple[dict[str, Any], Path]:
+class _Kept:
     """What the rows depend on, and the file that keeps them while they are made."""
-    facts = {"grasp": {**to_dict(config.grasp), "trials": None}, "seed": config.seed}
-    who = [solver_identity(each) for each in (series.solver, series.repair) if each is not None]
-    made_with = [facts, series.robot.urdf_checksum, who, provenance.versions()]
-    name = f"{kind}-{series.robot.name}-{provenance.digest(made_with)}.jsonl"
-    return facts, artifacts(config).root / "checkpoint" / name
+
+    def __init__(
+        self, config: Config, series: Series, kind: str, more: Any = None, eyes: Any = None
+    ) -> None:
+        self.robot = series.robot
+        grasp = {**to_dict(config.grasp), "trials": None}
+        self.facts: dict[str, Any] = {"grasp": grasp, "seed": config.seed, **(more or {})}
+        solvers = [each for each in (series.solver, series.repair) if each is not None]
+        who = [solver_identity(each) for each in solvers]
+        made_with = [self.facts, self.robot.urdf_checksum, who, eyes, provenance.versions()]
+        name = f"{kind}-{self.robot.name}-{provenance.digest(made_with)}.jsonl"
+        self.path = artifacts(config).root / "checkpoint" / name
 
 
-def _card(config: Config, series: Series) -> dict[str, Any]:
-    checksum = series.robot.urdf_checksum
-    return provenance.card(config=config, robot=series.robot.name, urdf_checksum=checksum)
+def _card(config: Config, robot: Robot) -> dict[str, Any]:
+    return provenance.card(config=config, robot=robot.name, urdf_checksum=robot.urdf_checksum)
 
 
 class _Progress:

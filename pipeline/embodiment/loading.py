@@ -1,0 +1,76 @@
+"""Trials with an agent from the configuration of a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from pipeline.config import to_dict
+from pipeline.embodiment.senses import load_senses
+from pipeline.embodiment.series import AgentSeries
+from pipeline.embodiment.trials import Experiment
+from pipeline.embodiment.unspoken import agents
+from pipeline.evaluation.identity import network_checksum
+from pipeline.grasping.series import Series
+from pipeline.settings import Config
+
+EVIDENCE = "evidence"  # folder of transcripts and pictures beside the rows
+
+
+def is_embodied(config: Config) -> bool:
+    """Whether a run's trials are those with a camera or an agent: all things on a row."""
+    return config.perception.source != "perfect" or config.agent.kind != "none"
+
+
+def setting_name(config: Config) -> str:
+    """Name of the folder of such trials, such as `camera-policy`."""
+    return f"{config.perception.source}-{config.agent.kind}"
+
+
+def load_agent_series(config: Config, series: Series, folder: Path) -> AgentSeries:
+    """Give the trials of a series eyes and an agent.
+
+    Args:
+        config: Perception, agent, and the protocol of the trials.
+        series: Robot, solvers and seed.
+        folder: Where the raw rows go; evidence is kept beside them.
+
+    Raises:
+        PerceptionError: The robot has no camera, or there is no such detector.
+        SetupError: The agent lacks a package, an address or a key.
+    """
+    senses = load_senses(config.perception, series.config, series.robot)
+    experiment = Experiment(
+        config=series.config,
+        robot=series.robot,
+        solver=series.solver,
+        repair=series.repair,
+        seed=series.seed,
+        senses=senses,
+        agent=agents(config.agent, series.robot.name),
+        facts={"perception": config.perception.source, "agent": config.agent.kind},
+        folder=folder / EVIDENCE,
+    )
+    return AgentSeries(experiment)
+
+
+def embodied_facts(config: Config) -> dict[str, Any]:
+    """Settings that the rows depend on beyond those of the grasps."""
+    return {"perception": to_dict(config.perception), "agent": to_dict(config.agent)}
+
+
+def senses_identity(runner: AgentSeries) -> dict[str, Any]:
+    """What sees, beyond its settings: the checksum of its networks."""
+    detector = getattr(runner.experiment.senses, "detector", None)
+    networks = (
+        {
+            name: network_checksum(value)
+            for name, value in vars(detector).items()
+            if isinstance(value, torch.nn.Module)
+        }
+        if detector is not None
+        else {}
+    )
+    return {"detector": type(detector).__qualname__, **networks}

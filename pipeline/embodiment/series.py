@@ -1,0 +1,82 @@
+"""A series of rows with an agent: resumable, and filmed where the configuration asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pipeline.data.rows import KeptRows
+from pipeline.embodiment.trials import Experiment
+from pipeline.grasping.series import STILLS, clear_films, film_name, filmed_trials
+from pipeline.grasping.video import Recorder
+
+REPEATABLE = ("none", "policy")  # agents that answer the same again, so that a film shows the row
+
+
+@dataclass(frozen=True)
+class AgentSeries:
+    """The trials of an experiment with an agent.
+
+    Attributes:
+        experiment: What all rows share.
+    """
+
+    experiment: Experiment
+
+    def run(self, kept: KeptRows, progress: Callable[[dict[str, Any]], object]) -> pd.DataFrame:
+        """Run the rows whose trials are not yet kept, and return one raw row a trial.
+
+        The last row may have more things than trials are wanted: it is run whole, and the raw rows
+        beyond the wanted number are left out.
+
+        Args:
+            kept: Finished trials; a killed series goes on with the row that was cut off.
+            progress: Called with each raw row, also with those that were kept.
+        """
+        wanted, per_row = self.experiment.config.trials, self.experiment.per_row
+        rows: list[dict[str, Any]] = []
+        for number in range(-(-wanted // per_row)):
+            numbers = range(number * per_row, min((number + 1) * per_row, wanted))
+            found = [row for trial in numbers if (row := kept.get(trial)) is not None]
+            if len(found) < len(numbers):
+                found = self.experiment.row(number)[: len(numbers)]
+                for row in found:
+                    kept.put(row)
+            for row in found:
+                rows.append(row)
+                progress(row)
+        return pd.DataFrame(rows)
+
+    def film(self, rows: pd.DataFrame, folder: Path) -> list[Path]:
+        """Run the rows once more whose trials are to be filmed, the camera on during those.
+
+        Only with agents that answer the same again; others are not filmed.
+
+        Returns:
+            The videos; beside each lies a contact sheet of stills as PNG.
+        """
+        clear_films(folder)
+        if self.experiment.facts["agent"] not in REPEATABLE:
+            return []
+        attempted = rows[rows["order"] > 0]
+        wanted = filmed_trials(self.experiment.config.video, attempted)
+        return [
+            self._film_trial(row, folder)
+            for row in attempted[attempted["trial"].isin(wanted)].to_dict("records")
+        ]
+
+    def _film_trial(self, row: dict[Any, Any], folder: Path) -> Path:
+        experiment, number = replace(self.experiment, folder=None), int(row["trial"])
+        recorder = Recorder(experiment.config.recording)
+        begin, end = float(row["began_s"]), float(row["began_s"] + row["simulated_s"])
+        experiment.row(
+            number // experiment.per_row, lambda scene: recorder.attach(scene, begin, end)
+        )
+        path = folder / film_name(number, str(row["class"]))
+        recorder.write(path)
+        recorder.stills(STILLS).save(path.with_suffix(".png"))
+        return path
