@@ -18,6 +18,7 @@ from pipeline.evaluation.config import EvaluateConfig, SampleConfig
 from pipeline.grasping.config import GraspConfig
 from pipeline.learning.config import ConstraintConfig
 from pipeline.perception.config import PerceptionConfig
+from pipeline.perception.training_config import DetectorConfig
 from pipeline.planning.config import PlanConfig
 from pipeline.reporting.config import ReportConfig
 from pipeline.tuning.config import TuneConfig, check_space
@@ -175,6 +176,7 @@ class Config:
     plan: PlanConfig = field(default_factory=PlanConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)
     agent: AgentConfig = field(default_factory=AgentConfig)
+    detector: DetectorConfig = field(default_factory=DetectorConfig)
     perception: PerceptionConfig = field(default_factory=PerceptionConfig)
     report: ReportConfig = field(default_factory=ReportConfig)
     engine: EngineConfig = field(default_factory=EngineConfig)

@@ -47,7 +47,8 @@ def everything(arguments: list[str]) -> int:
         return 0
     _refuse_flags(arguments)
     bench = bench_lists()
-    lists = {key: bench[key] for key in ("robots", "tune_robots", "grasp_robots")}
+    kinds = ("robots", "tune_robots", "detector_robots", "grasp_robots")
+    lists = {key: bench[key] for key in kinds}
     chosen = [argument for argument in arguments if argument.startswith("robots=")]
     overrides = [argument for argument in arguments if not argument.startswith("robots=")]
     if chosen:

@@ -117,8 +117,8 @@ def take_picture(
         mask: Whether to return the body of each pixel as well.
 
     Returns:
-        Red, green, blue (height, width, 3), and PyBullet's number of the body at each pixel
-        (height, width), -1 where there is none; None if not asked for.
+        Red, green, blue (height, width, 3), and PyBullet's number of body and link at each pixel
+        (height, width), see `body_and_link`; None if not asked for.
     """
     flags = pybullet.ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX if mask else 0
     _, _, colours, depth, bodies = client.getCameraImage(
@@ -139,8 +139,17 @@ def take_picture(
     image[np.reshape(np.asarray(depth), shape) >= 1.0] = config.background
     if not mask:
         return image, None
-    numbers = np.reshape(np.asarray(bodies, dtype=np.int32), shape)
-    return image, np.where(numbers >= 0, numbers & ((1 << 24) - 1), -1)
+    return image, np.reshape(np.asarray(bodies, dtype=np.int32), shape)
+
+
+def body_and_link(numbers: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Take the numbers of a mask apart: the body, -1 where there is none, and its link.
+
+    PyBullet writes body + (link + 1) * 2^24 (its quickstart guide, getCameraImage).
+    """
+    seen = numbers >= 0
+    bodies = np.where(seen, numbers & ((1 << 24) - 1), -1).astype(np.int32)
+    return bodies, np.where(seen, (numbers >> 24) - 1, -2).astype(np.int32)
 
 
 def dimmed(config: EyeConfig, lighting: float) -> EyeConfig:

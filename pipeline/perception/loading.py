@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,23 +12,34 @@ from numpy.typing import NDArray
 from pipeline.perception.camera import EyeCamera
 from pipeline.perception.config import PerceptionConfig
 from pipeline.perception.detection import Detector, Sighting
+from pipeline.perception.embedded import EmbeddedDetector
 from pipeline.perception.errors import PerceptionError
+from pipeline.perception.weights import load_centre_network, shipped_detector
 
 if TYPE_CHECKING:
     from robots import Robot
 
 
-def load_detector(config: PerceptionConfig, robot: Robot) -> Detector:
+def load_detector(
+    config: PerceptionConfig, robot: Robot, names: Collection[str] | None = None
+) -> Detector:
     """Load the detector that a configuration names.
 
     Args:
         config: Kind of detector, its weights or model, and the least score.
         robot: Whose things it is to find.
+        names: Classes that it must know; for the embedded one those of its card if not given.
 
     Raises:
-        PerceptionError: There are no weights, or they are of other things.
+        PerceptionError: There are no weights, or they are of another robot or of other things; a
+            model of the user's cannot be loaded.
     """
-    raise PerceptionError(f"there is no detector of kind '{config.detector}' yet")
+    if config.detector == "open_vocabulary":
+        from pipeline.perception.open_vocabulary import OpenVocabularyDetector
+
+        return OpenVocabularyDetector(config.vocabulary, sorted(names or ()), config.threshold)
+    folder = Path(config.weights) if config.weights else shipped_detector(robot.name)
+    return EmbeddedDetector(load_centre_network(folder, robot.name, names), config.threshold)
 
 
 def see(

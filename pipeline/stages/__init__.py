@@ -16,6 +16,7 @@ STAGES = {
     "evaluate": "solvers on the test poses, one raw row a pose",
     "sample": "many solutions of one pose, and how they spread",
     "plan": "Bezier motions between random poses",
+    "detector": "a network that finds a robot's things in the picture of its eye",
     "grasp": "pick-and-drop trials in simulation",
     "report": "tables, figures and report.html from everything on disk",
 }

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from baselines import Solver
 from pipeline.artifacts import Artifacts
@@ -23,6 +24,9 @@ from pipeline.solvers import is_neural, load_solver, models_of
 from pipeline.stages import run_stage
 from pipeline.tuning.best import read_best
 from robots import Robot, available_robots, load_robot
+
+if TYPE_CHECKING:
+    from pipeline.perception.detection import Detector
 
 DATA_KEYS = ("train", "validation", "test")
 BOOKKEEPING = ("device", "kinematics", "checkpoint_s", "validations", "source")
@@ -121,6 +125,26 @@ def _same_training(folder: Path, config: Config) -> bool:
         return False
     theirs, ours = made.get("train", {}), wanted["train"]
     return all(theirs.get(key) == ours[key] for key in ours if key not in BOOKKEEPING)
+
+
+def detector_of(robot: Robot, config: Config) -> Detector:
+    """Load the detector of a run: the one that this run trained, else the project's.
+
+    `perception.weights` names another folder; an open-vocabulary model is the user's own.
+
+    Raises:
+        PerceptionError: There is none, or it is for another robot or for other things.
+    """
+    from pipeline.grasping.trial import required_scene  # PyBullet takes a second to load
+    from pipeline.perception.loading import load_detector
+
+    wanted = config.perception
+    if wanted.weights is None and wanted.detector == "embedded":
+        folders = artifacts(config)
+        own = folders.detector(robot.name)
+        found = folders.find(own.relative_to(folders.root) / WEIGHTS_CARD)
+        wanted = replace(wanted, weights=str(found.parent) if found else None)
+    return load_detector(wanted, robot, required_scene(config.grasp, robot.name).objects)
 
 
 def solver_of(name: str, robot: Robot, config: Config) -> Solver:

@@ -1,0 +1,107 @@
+"""An open-vocabulary detector of the user's: OWL-ViT or its like through `transformers`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from pipeline.perception.config import VocabularyConfig
+from pipeline.perception.detection import Detection
+from pipeline.perception.embedded import SAME, overlap
+from pipeline.perception.errors import PerceptionError
+
+
+class OpenVocabularyDetector:
+    """Finds what a text describes.
+
+    The model says boxes alone, so the centroid pixel is the middle of the box; for a bent thing
+    that is centimetres off.
+
+    Attributes:
+        names: The classes; each is turned into a text by the prompt.
+    """
+
+    def __init__(self, config: VocabularyConfig, names: Sequence[str], threshold: float) -> None:
+        """Load a model from a local folder; nothing is downloaded, and no code of it is run.
+
+        Args:
+            config: Folder of the model, and the prompt.
+            names: Classes to look for.
+            threshold: Least score.
+
+        Raises:
+            PerceptionError: transformers is not installed, there is no such folder or no model in
+                it, or no classes are named.
+        """
+        if not names:
+            raise PerceptionError("an open-vocabulary detector needs the names to look for")
+        self.names, self._threshold = tuple(names), threshold
+        self._texts = [config.prompt.format(name=name.replace("_", " ")) for name in names]
+        self._processor, self._model = _load(config.model)
+
+    def detect(self, image: NDArray[np.uint8]) -> list[Detection]:
+        """Find things in a picture (height, width, 3), the surest first.
+
+        Raises:
+            PerceptionError: The picture has another shape or type.
+        """
+        if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+            raise PerceptionError(
+                "a detector expects a picture of shape (height, width, 3) of 8-bit red, green, "
+                f"blue, got {image.dtype} {image.shape}"
+            )
+        inputs = self._processor(text=[self._texts], images=image, return_tensors="pt")
+        with torch.inference_mode():
+            outputs = self._model(**inputs)
+        (answer,) = self._processor.post_process_grounded_object_detection(
+            outputs, threshold=self._threshold, target_sizes=[image.shape[:2]]
+        )
+        told = zip(
+            answer["scores"].tolist(),
+            answer["labels"].tolist(),
+            answer["boxes"].tolist(),
+            strict=True,
+        )
+        kept: list[Detection] = []
+        for score, kind, (x0, y0, x1, y1) in sorted(told, reverse=True):
+            centroid = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
+            found = Detection(self.names[int(kind)], float(score), (x0, y0, x1, y1), centroid)
+            if all(overlap(found.box, other.box) <= SAME for other in kept):
+                kept.append(found)
+        return kept
+
+
+def _load(folder: str | None) -> tuple[Any, Any]:
+    """Processor and model of a folder."""
+    if folder is None:
+        raise PerceptionError(
+            "perception.detector=open_vocabulary needs perception.vocabulary.model: the local "
+            "folder of an OWL-ViT-class model, as transformers' save_pretrained leaves it"
+        )
+    if not (Path(folder) / "config.json").is_file():
+        raise PerceptionError(
+            f"there is no model in {folder}: expected a folder with config.json, "
+            "preprocessor_config.json, a tokenizer and model.safetensors"
+        )
+    try:
+        transformers = import_module("transformers")
+    except ImportError as error:
+        raise PerceptionError(
+            f"open_vocabulary needs the package transformers, which cannot be imported ({error}); "
+            "install it with: pip install 'cycleik-bench[perception]'"
+        ) from error
+    try:
+        processor = transformers.AutoProcessor.from_pretrained(folder, local_files_only=True)
+        model = transformers.AutoModelForZeroShotObjectDetection.from_pretrained(
+            folder, local_files_only=True, use_safetensors=True
+        )
+    except (OSError, ValueError, KeyError, ImportError) as error:
+        sentence = " ".join(str(error).split())
+        raise PerceptionError(f"the model in {folder} cannot be loaded: {sentence}") from error
+    return processor, model.eval()

@@ -1,0 +1,122 @@
+"""Stage detector: render, train and judge the embedded detector of a robot's things."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pipeline import provenance
+from pipeline.artifacts import exclusive
+from pipeline.config import to_dict
+from pipeline.data.files import write_json
+from pipeline.data.tables import write_table
+from pipeline.grasping.trial import required_scene
+from pipeline.learning.networks import parameter_count
+from pipeline.perception.camera import mounted
+from pipeline.perception.embedded import EmbeddedDetector
+from pipeline.perception.figures import draw_detections, draw_errors
+from pipeline.perception.judging import judge, summary
+from pipeline.perception.pictures import Chunk, Pictures, render_pictures
+from pipeline.perception.training import DetectorTrainer
+from pipeline.perception.weights import CARD, halved, save_detector
+from pipeline.progress import bar
+from pipeline.seeding import derive_seed
+from pipeline.settings import Config
+from pipeline.stages.inputs import artifacts, robot_of
+from robots import Robot
+
+ANY_SCORE = 0.01  # least score of the raw rows; precision and recall at any above follow from them
+
+
+def run(config: Config) -> list[Path]:
+    """Write weights.safetensors, card.json, errors.parquet, metrics.json and two figures."""
+    robot = robot_of(config)
+    names = tuple(required_scene(config.grasp, robot.name).objects)
+    wanted, folders = config.detector, artifacts(config)
+    folder = folders.detector(robot.name)
+    seed = derive_seed(config.seed, "detector", robot.name)
+    digest = provenance.digest([_facts(config, robot), provenance.versions(), seed])
+    work = folders.root / "checkpoint" / f"detector-{robot.name}-{digest}"
+    with exclusive(folder):
+        pictures = _pictures(config, robot, work, held_out=False)
+        trainer = DetectorTrainer(wanted, pictures, names, seed)
+        trained = trainer.fit(work / "state.safetensors", digest, f"detector {robot.name}")
+        detector = EmbeddedDetector(halved(trained.network), ANY_SCORE)
+        held_out = _pictures(config, robot, work, held_out=True)
+        with bar(len(held_out), "picture", f"held out {robot.name}") as shown:
+            rows = judge(detector, held_out, wanted.match_overlap, shown.update)
+        metrics = summary(rows, config.perception.threshold)
+        times = {
+            "render_core_s": pictures.core_s,
+            "train_core_s": sum(row["core_s"] for row in trained.curve),
+        }
+        card = provenance.card(
+            "detector",
+            config=config,
+            robot=robot.name,
+            names=list(names),
+            parameters=parameter_count(trained.network),
+            urdf_checksum=robot.urdf_checksum,
+            run=digest,
+            stored="float16",
+            held_out=metrics,
+            threshold=config.perception.threshold,
+            curve=trained.curve,
+        )
+        write_table(folder / "errors.parquet", rows, {**card, "commit": provenance.commit()})
+        write_json(folder / "metrics.json", {**metrics, **times})
+        draw_errors(folder, rows, names)
+        sure = EmbeddedDetector(trained.network, config.perception.threshold)
+        if wanted.figure_pictures:
+            draw_detections(folder / "detections.png", sure, held_out, wanted.figure_pictures)
+        save_detector(folder, trained.network, {**card, **times})
+        _clear(work)
+    return [folder, folder / CARD]
+
+
+def _facts(config: Config, robot: Robot) -> dict[str, Any]:
+    """What pictures and training depend on."""
+    scene = required_scene(config.grasp, robot.name)
+    return {
+        "detector": to_dict(config.detector),
+        "eye": to_dict(config.perception.eye),
+        "scene": [
+            to_dict(scene.table),
+            to_dict(scene.area),
+            {k: to_dict(v) for k, v in scene.bins.items()},
+        ],
+        "objects": {name: to_dict(config.grasp.objects[name]) for name in scene.objects},
+        "camera": [mounted(robot).pose.tolist(), mounted(robot).focal],
+        "urdf": robot.urdf_checksum,
+    }
+
+
+def _pictures(config: Config, robot: Robot, work: Path, held_out: bool) -> Pictures:
+    """Render a set: training as large as the network's input, held out as the eye's picture."""
+    wanted, eye = config.detector, mounted(robot)
+    kind = "held_out" if held_out else "training"
+    count = wanted.held_out_pictures if held_out else wanted.pictures
+    network = (wanted.network.width, wanted.network.height)
+    chunks = [
+        Chunk(
+            robot=robot.name,
+            grasp=config.grasp,
+            eye=config.perception.eye,
+            domain=wanted.held_out if held_out else wanted.training,
+            visible=wanted.visible,
+            size=(eye.width, eye.height) if held_out else network,
+            first=first,
+            count=min(wanted.chunk, count - first),
+            seed=derive_seed(config.seed, "detector", robot.name, kind),
+            path=work / f"{kind}-{first:06d}.npy",
+        )
+        for first in range(0, count, wanted.chunk)
+    ]
+    return render_pictures(chunks, config.engine, f"{kind.replace('_', ' ')} {robot.name}")
+
+
+def _clear(work: Path) -> None:
+    """Remove pictures and state of a finished run; hundreds of megabytes that can be made again."""
+    for path in work.iterdir():
+        path.unlink()
+    work.rmdir()
