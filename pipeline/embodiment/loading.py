@@ -8,12 +8,13 @@ from typing import Any
 import torch
 
 from pipeline.config import to_dict
-from pipeline.embodiment.senses import load_senses
+from pipeline.embodiment.senses import make_senses
 from pipeline.embodiment.series import AgentSeries
 from pipeline.embodiment.trials import Experiment
 from pipeline.embodiment.unspoken import agents
 from pipeline.evaluation.identity import network_checksum
 from pipeline.grasping.series import Series
+from pipeline.perception.detection import Detector
 from pipeline.settings import Config
 
 EVIDENCE = "evidence"  # folder of transcripts and pictures beside the rows
@@ -29,19 +30,22 @@ def setting_name(config: Config) -> str:
     return f"{config.perception.source}-{config.agent.kind}"
 
 
-def load_agent_series(config: Config, series: Series, folder: Path) -> AgentSeries:
+def load_agent_series(
+    config: Config, series: Series, folder: Path, detector: Detector | None
+) -> AgentSeries:
     """Give the trials of a series eyes and an agent.
 
     Args:
         config: Perception, agent, and the protocol of the trials.
         series: Robot, solvers and seed.
         folder: Where the raw rows go; evidence is kept beside them.
+        detector: Finds things in pictures; None where the simulator tells what lies where.
 
     Raises:
-        PerceptionError: The robot has no camera, or there is no such detector.
+        PerceptionError: The robot has no camera.
         SetupError: The agent lacks a package, an address or a key.
     """
-    senses = load_senses(config.perception, series.config, series.robot)
+    senses = make_senses(config.perception, series.config, series.robot, detector)
     experiment = Experiment(
         config=series.config,
         robot=series.robot,

@@ -16,7 +16,7 @@ from pipeline.grasping.scene import Scene
 from pipeline.perception.camera import EyeCamera
 from pipeline.perception.config import PerceptionConfig
 from pipeline.perception.detection import Detection, Detector, Sighting
-from pipeline.perception.loading import load_detector, see
+from pipeline.perception.loading import see
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -102,19 +102,25 @@ class Eyes:
         return View(image, outside_bins(sightings, scene.config, self._margin))
 
 
-def load_senses(perception: PerceptionConfig, grasp: GraspConfig, robot: Robot) -> Senses:
-    """Load what a configuration names.
+def make_senses(
+    perception: PerceptionConfig, grasp: GraspConfig, robot: Robot, detector: Detector | None
+) -> Senses:
+    """Give a robot the senses that a configuration names.
+
+    Args:
+        perception: The simulator's word, or a camera's picture.
+        grasp: Scene and things.
+        robot: The robot.
+        detector: Finds things in pictures; None where no picture is taken.
 
     Raises:
-        PerceptionError: The robot has no camera, or there is no such detector.
-        GraspError: The robot has no scene.
+        PerceptionError: The robot has no camera.
     """
     margin = grasp.protocol.bin_margin
-    if perception.source == "perfect":
+    if detector is None:
         return Told(margin)
     camera = EyeCamera(robot, perception.eye, perception.perturbation)
-    heights = centre_heights(grasp, grasp.scenes[robot.name])
-    return Eyes(camera, load_detector(perception, robot), heights, margin)
+    return Eyes(camera, detector, centre_heights(grasp, grasp.scenes[robot.name]), margin)
 
 
 def outside_bins(

@@ -64,7 +64,7 @@ def _attempt(thing: Thing, course: Course) -> tuple[Event | None, int]:
     here = [event for event in grasps if event.thing is thing]
     meant = [e for e in grasps if e.thing is None and e.action.target == thing.name]
     for event in (*here, *meant):
-        return event, grasps.index(event) + 1
+        return event, next(k for k, other in enumerate(grasps, start=1) if other is event)
     return None, 0
 
 

@@ -35,7 +35,7 @@ from pipeline.grasping.trial import required_scene
 from pipeline.progress import bar
 from pipeline.settings import Config
 from pipeline.solvers import check_solvers
-from pipeline.stages.inputs import artifacts, robot_of, solver_of
+from pipeline.stages.inputs import artifacts, detector_of, robot_of, solver_of
 from robots import Robot
 
 
@@ -67,7 +67,9 @@ def _embodied(config: Config, series: Series) -> list[Path]:
     """Trials with a camera or an agent, beside those without."""
     setting = setting_name(config)
     folder = artifacts(config).grasp_agent(series.robot.name, setting)
-    runner = load_agent_series(config, series, folder)
+    sees = config.perception.source == "camera"
+    detector = detector_of(series.robot, config) if sees else None
+    runner = load_agent_series(config, series, folder, detector)
     facts = embodied_facts(config)
     kept = _Kept(config, series, f"grasp-{setting}", facts, senses_identity(runner))
     if not kept.path.exists():

@@ -12,6 +12,7 @@ from pipeline.grasping import scene as scene_module
 from pipeline.grasping.outcome import NOT_GRASPED, SLIPPED, SUCCESS
 from pipeline.grasping.trial import run_trial
 from robots import load_robot
+from tests.physics_guard import guard
 
 CONFIG = compose(["profile=smoke"]).grasp
 TIMES = ("wall_s", "approach_plan_ms", "lift_plan_ms", "transfer_plan_ms", "homeward_plan_ms")
@@ -47,31 +48,7 @@ def test_panda_succeeds_and_does_the_same_again(panda):
 
 
 def test_nothing_is_glued_or_put_anywhere_once_the_world_runs(each, monkeypatch):
-    running = []
-    forbidden = ("createConstraint", "resetBasePositionAndOrientation", "resetBaseVelocity")
-    late = ("resetJointState", "createMultiBody", "restoreState", "setCollisionFilterPair")
-    late += ("applyExternalForce", "applyExternalTorque", "changeDynamics", "loadURDF")
-
-    def refuse(name, only_late):
-        original = getattr(pybullet, name)
-
-        def call(*arguments, **keywords):
-            assert only_late and not running, f"{name} was called"
-            return original(*arguments, **keywords)
-
-        monkeypatch.setattr(pybullet, name, call)
-
-    for name in forbidden:
-        refuse(name, only_late=False)
-    for name in late:
-        refuse(name, only_late=True)
-    step = scene_module.Scene.step
-
-    def first_step(self):
-        running.append(True)
-        step(self)
-
-    monkeypatch.setattr(scene_module.Scene, "step", first_step)
+    running = guard(monkeypatch)
     row = run_trial(CONFIG, *each, number=1, seed=0)
     assert row["class"] == SUCCESS, row["reason"]
     assert row["contacts_lifted"] >= 2

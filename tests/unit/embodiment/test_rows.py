@@ -1,0 +1,58 @@
+"""Rows of the protocol: reproducible by number, apart from each other, in the action area."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pipeline.config import compose
+from pipeline.embodiment.row import ACROSS, row_setup
+from pipeline.grasping.errors import GraspError
+from pipeline.grasping.extent import extent
+
+GRASP = compose(["profile=smoke"]).grasp
+
+
+@pytest.mark.parametrize("robot", GRASP.scenes)
+def test_every_row_has_every_thing_apart_from_its_neighbours(robot: str) -> None:
+    scene = GRASP.scenes[robot]
+    for number in range(25):
+        row = row_setup(GRASP, robot, number, seed=0)
+        assert sorted(each.name for each in row) == sorted(scene.objects)
+        assert [each.number for each in row] == [number * len(row) + k for k in range(len(row))]
+        ends = []
+        for each in row:
+            low, high = extent(GRASP.objects[each.name], each.yaw, ACROSS)
+            ends.append((each.place[1] + low, each.place[1] + high))
+        gaps = [after[0] - before[1] for before, after in pairwise(ends)]
+        assert min(gaps) > GRASP.protocol.gap - 0.005  # a yaw that follows the place moves it a bit
+        assert ends[0][0] > scene.area.y[0] - 0.005
+        assert ends[-1][1] < scene.area.y[1] + 0.005
+
+
+def test_a_row_is_fixed_by_its_number_and_seed() -> None:
+    first, again = (row_setup(GRASP, "nico", 4, seed=3) for _ in range(2))
+    assert [each.place for each in first] == [each.place for each in again]
+    assert first[0].place != row_setup(GRASP, "nico", 4, seed=4)[0].place
+    depths = {row_setup(GRASP, "nico", number, 0)[0].place[0] for number in range(12)}
+    assert_allclose(sorted(depths), [0.27, 0.29, 0.31, 0.33, 0.35, 0.37])
+
+
+def test_things_that_do_not_fit_are_named() -> None:
+    wide = replace(GRASP, protocol=replace(GRASP.protocol, gap=0.2))
+    with pytest.raises(GraspError, match="do not fit on a row"):
+        row_setup(wide, "nicol", 0, 0)
+
+
+def test_extents_of_primitives_by_hand() -> None:
+    banana, can, pear = (GRASP.objects[name] for name in ("banana", "soup_can", "pear"))
+    low, high = extent(banana, np.pi / 2, ACROSS)
+    # Two bent ends: 53.5 mm out, half of 50 mm at 25 deg, and the radius of 16 mm.
+    assert_allclose(high - low, 2 * (0.0535 + 0.025 * np.cos(np.deg2rad(25)) + 0.016))
+    assert_allclose(extent(can, 1.0, ACROSS), (-0.033, 0.033))
+    assert_allclose(extent(pear, np.pi / 2, ACROSS), (-0.033, 0.034 + 0.015 + 0.018))
+    assert_allclose(extent(pear, -np.pi / 2, ACROSS)[0], -(0.034 + 0.015 + 0.018))
