@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
@@ -77,6 +78,15 @@ def plan_by_rule(
     )
 
 
+def plan_both(
+    robot: Robot, solver: Solver, pair: Pair, config: PlanConfig, repair: Solver | None
+) -> tuple[Motion, Motion]:
+    """Plan one motion on the path as asked at all costs, and as `config.motion` allows."""
+    rules = (replace(config.motion, reroute=False), config.motion)
+    asked, driven = (plan_by_rule(robot, solver, pair, rule, repair) for rule in rules)
+    return asked, driven
+
+
 def shown_pair(robot: Robot, pairs: list[Pair], rule: MotionConfig) -> Pair:
     """Choose the first pair whose path can be followed with a rule's control points, for figures.
 
@@ -95,14 +105,30 @@ def shown_pair(robot: Robot, pairs: list[Pair], rule: MotionConfig) -> Pair:
     return pairs[0]
 
 
-def shortened(solver: Solver, time_s: float) -> Solver:
-    """Hold a solver that stops by the clock to at most ``time_s`` per waypoint, in place.
+def shown_route(rows: pd.DataFrame) -> tuple[str, int] | None:
+    """Choose a plan on another curve for a figure: solver and pair with the median detour.
 
-    One that stops by iterations is left alone: its plans are the same on every machine.
+    Plans of paths in reach come first; None if there is no plan on another curve at all.
+    """
+    other = rows[rows.rerouted & (rows.flips == 0)]
+    other = other[other.in_reach] if other.in_reach.any() else other
+    if len(other) == 0:
+        return None
+    middle = other.sort_values("detour_mm", kind="stable").iloc[len(other) // 2]
+    return str(middle.solver), int(middle.pair)
+
+
+def prepared(solver: Solver, config: PlanConfig) -> Solver:
+    """Hold a solver to the threads of plans, and one that stops by the clock to their time.
+
+    Both in place. One that stops by iterations is given no time limit: its plans are the same on
+    every machine.
     """
     budget = solver.budget
     if budget is not None and budget.time_s is not None:
-        solver.budget = replace(budget, time_s=min(budget.time_s, time_s))
+        solver.budget = replace(budget, time_s=min(budget.time_s, config.time_s))
+    if hasattr(solver, "threads"):
+        solver.threads = config.threads
     return solver
 
 
@@ -130,7 +156,9 @@ def benchmark(
         One raw row a pair and solver: plan time, tip error along the path, largest joint step,
         branch flips, waypoints found, limit and collision violations, and if another curve was
         driven how far that leads away; of the batched query alone the same under `query_`; and what
-        the path that was asked for allows any planner, see `reach.judge_path`.
+        the path that was asked for allows any planner, see `reach.judge_path`. `busy_ms` is the
+        processor time of the calling thread, which other work on the machine changes little; a
+        solver with threads of its own has more.
     """
     pairs = random_pairs(robot, config.pairs, seed)
     options = kernel_options(baselines.load("lm", robot))
@@ -145,10 +173,12 @@ def benchmark(
                 if not warm:  # compilers and caches warm up before the first time is taken
                     plan_pair(robot, solver, pair, config, repair)
                     warm = True
+                begin = time.thread_time()
                 motion = plan_pair(robot, solver, pair, config, repair)
+                busy_ms = (time.thread_time() - begin) * MS_PER_S
                 if number not in verdicts:
                     verdicts[number] = asdict(judge_path(robot, motion.asked, options))
-                row = {"robot": robot.name, "solver": name, "pair": number}
+                row = {"robot": robot.name, "solver": name, "pair": number, "busy_ms": busy_ms}
                 row |= {**verdicts[number], **judge(robot, motion)}
                 kept.put(row)
             verdicts.setdefault(number, {key: row[key] for key in VERDICT})

@@ -58,6 +58,7 @@ class PlanConfig:
     solvers: list[str] = MISSING
     repair: str | None = None
     time_s: float = MISSING  # s per waypoint
+    threads: int = MISSING
     motion: MotionConfig = field(default_factory=MotionConfig)
     figure: MotionConfig = field(default_factory=MotionConfig)
     timing: TimingConfig = field(default_factory=TimingConfig)
@@ -66,5 +67,6 @@ class PlanConfig:
         """Refuse an empty benchmark."""
         positive("plan.pairs", self.pairs)
         positive("plan.time_s", self.time_s)
+        positive("plan.threads", self.threads)
         if not self.solvers:
             raise ValueError("plan.solvers must name at least one solver, got none")

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from baselines.lm_kernel import LmOptions
 from baselines.refine import refine
-from pipeline.planning.continuity import Ends, branch_flips
+from pipeline.planning.continuity import Ends, branch_flips, joint_steps
 from pipeline.planning.curve import Curve, between, fit
 from pipeline.planning.follow_kernel import follow_until_complete
 from pipeline.planning.search import QUICK, TASK
@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 
 TRIES = 8  # ways that a curve is fitted to, unless none of these can be driven
 DETAILS = ((5, 6), (8, 12), (12, 24))  # degree and stretches of rotation of a curve, plainest first
+WIDEST = 0.25  # rad or m, joint step that drawing a curve back may lead to
 HALVINGS = 5  # of the share by which a curve may be drawn back
 
 
@@ -101,7 +102,7 @@ def _drawn_back(
     """Draw a curve towards the path that was asked for as far as the joints follow, by halving.
 
     The branch is followed from the start, so it has to arrive by itself where the joints at the
-    target are given; no collision may be added.
+    target are given; neither collisions nor wide joint steps may be added.
     """
     wish = fit(asked, curve.degree, curve.stretches)
     share, step = 0.0, 0.5
@@ -110,10 +111,16 @@ def _drawn_back(
         poses = drawn.poses(len(asked))
         joints = _follow(robot, poses, route.joints[0], options)
         closer = None if joints is None else _checked(robot, drawn, poses, joints, ends)
-        if closer is not None and closer.collisions <= route.collisions:
+        if closer is not None and _no_worse(closer, route):
             route, share = closer, share + step
         step *= 0.5
     return route
+
+
+def _no_worse(closer: Route, route: Route) -> bool:
+    """Whether a route has no more collisions than another, and no wider steps if they are wide."""
+    widest = max(WIDEST, joint_steps(route.joints).max())
+    return closer.collisions <= route.collisions and joint_steps(closer.joints).max() <= widest
 
 
 def _follow(robot: Robot, poses: Array, first: Array, options: LmOptions) -> Array | None:

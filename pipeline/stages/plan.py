@@ -14,12 +14,14 @@ from pipeline.evaluation.identity import solver_identity
 from pipeline.planning.benchmark import (
     KEY,
     benchmark,
+    plan_both,
     plan_by_rule,
+    prepared,
     random_pairs,
-    shortened,
     shown_pair,
+    shown_route,
 )
-from pipeline.planning.figures import write_figures
+from pipeline.planning.figures import write_figures, write_route
 from pipeline.progress import bar
 from pipeline.seeding import derive_seed
 from pipeline.settings import Config
@@ -37,8 +39,7 @@ def run(config: Config) -> list[Path]:
     folders = artifacts(config)
     folder = folders.plan(robot.name)
     solvers = {
-        name: shortened(solver_of(name, robot, config), config.plan.time_s)
-        for name in config.plan.solvers
+        name: prepared(solver_of(name, robot, config), config.plan) for name in config.plan.solvers
     }
     repair = solver_of(config.plan.repair, robot, config) if config.plan.repair else None
     seed = derive_seed(config.seed, "plan", robot.name)
@@ -50,12 +51,17 @@ def run(config: Config) -> list[Path]:
     with exclusive(folder), bar(total, "plan", f"plan {robot.name}") as shown:
         kept = KeptRows(path, KEY)
         rows = benchmark(robot, solvers, config.plan, seed, kept, repair, shown.update)
-        pair = shown_pair(robot, random_pairs(robot, config.plan.pairs, seed), config.plan.figure)
+        pairs = random_pairs(robot, config.plan.pairs, seed)
+        pair = shown_pair(robot, pairs, config.plan.figure)
         motions = {
             name: plan_by_rule(robot, solver, pair, config.plan.figure, repair)
             for name, solver in solvers.items()
         }
         write_figures(robot, pair, motions, config.plan, folder)
+        if (example := shown_route(rows)) is not None:
+            name, number = example
+            both = plan_both(robot, solvers[name], pairs[number], config.plan, repair)
+            write_route(robot, *both, name, folder)
         card = provenance.card(
             "plan",
             config=config,

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import pandas as pd
+
 import baselines
 from baselines import Budget
 from pipeline.config import compose
 from pipeline.data.rows import KeptRows
 from pipeline.planning import benchmark as module
-from pipeline.planning.benchmark import KEY, benchmark, shortened
+from pipeline.planning.benchmark import KEY, benchmark, prepared, shown_route
 from robots import load_robot
 
 ROBOT = load_robot("panda")
@@ -42,8 +44,26 @@ def test_a_path_is_judged_once_and_the_query_is_kept_beside_the_repair(
 
 
 def test_only_budgets_of_time_are_shortened() -> None:
-    lm = shortened(baselines.load("lm", ROBOT), 1e-3)
+    short, long = (replace(CONFIG, time_s=time_s, threads=1) for time_s in (1e-3, 1.0))
+    lm = prepared(baselines.load("lm", ROBOT, threads=2), short)
     assert lm.budget == Budget(iterations=5000)
+    assert lm.threads == 1
     placo = baselines.load("placo", ROBOT)
-    assert shortened(placo, 1e-3).budget == Budget(time_s=1e-3)
-    assert shortened(placo, 1.0).budget == Budget(time_s=1e-3)
+    assert prepared(placo, short).budget == Budget(time_s=1e-3)
+    assert prepared(placo, long).budget == Budget(time_s=1e-3)
+
+
+def test_the_plan_that_is_drawn_has_the_median_detour_of_those_in_reach() -> None:
+    rows = pd.DataFrame(
+        {
+            "solver": ["a", "b", "c", "d", "e"],
+            "pair": [0, 1, 2, 3, 4],
+            "rerouted": [True, True, True, True, False],
+            "flips": 0,
+            "in_reach": [True, True, True, False, True],
+            "detour_mm": [5.0, 90.0, 20.0, 1.0, 0.0],
+        }
+    )
+    assert shown_route(rows) == ("c", 2)
+    assert shown_route(rows[3:]) == ("d", 3)
+    assert shown_route(rows[4:]) is None
