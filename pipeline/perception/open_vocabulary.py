@@ -56,7 +56,9 @@ class OpenVocabularyDetector:
                 "a detector expects a picture of shape (height, width, 3) of 8-bit red, green, "
                 f"blue, got {image.dtype} {image.shape}"
             )
-        inputs = self._processor(text=[self._texts], images=image, return_tensors="pt")
+        inputs = self._processor(
+            text=[self._texts], images=image, return_tensors="pt", truncation=True
+        )
         with torch.inference_mode():
             outputs = self._model(**inputs)
         (answer,) = self._processor.post_process_grounded_object_detection(
