@@ -10,6 +10,7 @@ import pybullet
 from numpy.random import Generator
 
 from pipeline.grasping.config import SceneConfig
+from pipeline.perception.layout import between
 
 Colour = tuple[float, float, float]
 BLOCK = (0.02, 0.06), (0.015, 0.04)  # m, edges and height
@@ -62,15 +63,15 @@ def _body(
     kind = draw.choice(["block", "plate", "rod"])
     turn = [0.0, 0.0, float(draw.uniform(-np.pi, np.pi))]
     if kind == "rod":
-        radius, length = (float(draw.uniform(*ends)) for ends in ROD)
+        radius, length = (between(draw, ends) for ends in ROD)
         shape = client.createVisualShape(
             pybullet.GEOM_CAPSULE, radius=radius, length=length, rgbaColor=rgba
         )
         up, turn[1] = 2.0 * radius, 0.5 * np.pi
     else:
         edges, heights = BLOCK if kind == "block" else PLATE
-        up = float(draw.uniform(*heights))
-        half = [*(0.5 * draw.uniform(*edges, size=2)).tolist(), 0.5 * up]
+        up = between(draw, heights)
+        half = [*(0.5 * draw.uniform(edges[0], edges[1], size=2)).tolist(), 0.5 * up]
         shape = client.createVisualShape(pybullet.GEOM_BOX, halfExtents=half, rgbaColor=rgba)
     return int(
         client.createMultiBody(

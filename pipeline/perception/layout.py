@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import colorsys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -87,37 +88,43 @@ def footprint(thing: ObjectConfig) -> float:
     reaches = [0.5 * thing.height]
     for part in thing.parts:
         girth = part.size[0] if part.shape != "box" else 0.5 * max(part.size[:2])
-        reaches.append(float(np.hypot(*part.position[:2])) + girth)
+        reaches.append(float(np.linalg.norm(part.position[:2])) + girth)
     return max(reaches)
+
+
+def between(draw: Generator, ends: Sequence[float]) -> float:
+    """Draw a number between two ends."""
+    low, high = ends
+    return float(draw.uniform(low, high))
 
 
 def moved(draw: Generator, domain: DomainConfig, camera: Pinhole) -> Pinhole:
     """Turn a camera about a random axis and move it in a random direction, within the domain."""
     pose = camera.pose.copy()
     axis, direction = (vector / np.linalg.norm(vector) for vector in draw.normal(size=(2, 3)))
-    angle = np.deg2rad(draw.uniform(*domain.tilt))
+    angle = np.deg2rad(between(draw, domain.tilt))
     pose[:3, :3] = pose[:3, :3] @ matrix_from_axis_angle(axis, angle)
-    pose[:3, 3] += draw.uniform(*domain.shift) * direction
+    pose[:3, 3] += between(draw, domain.shift) * direction
     return replace(camera, pose=pose)
 
 
 def lit(draw: Generator, domain: DomainConfig, eye: EyeConfig) -> EyeConfig:
     """Draw direction and strength of the light."""
     azimuth, elevation = np.deg2rad(
-        [draw.uniform(*domain.azimuth), draw.uniform(*domain.elevation)]
+        [between(draw, domain.azimuth), between(draw, domain.elevation)]
     )
     light = [
         float(np.cos(azimuth) * np.cos(elevation)),
         float(np.sin(azimuth) * np.cos(elevation)),
         float(np.sin(elevation)),
     ]
-    ambient, diffuse = float(draw.uniform(*domain.ambient)), float(draw.uniform(*domain.diffuse))
+    ambient, diffuse = between(draw, domain.ambient), between(draw, domain.diffuse)
     return replace(eye, light=light, ambient=ambient, diffuse=diffuse)
 
 
 def colour(draw: Generator, domain: DomainConfig) -> Colour:
     """Draw a colour of the surroundings: red, green, blue of 0 to 1."""
     hue, saturation, value = (
-        draw.uniform(*ends) for ends in (domain.hue, domain.saturation, domain.value)
+        between(draw, ends) for ends in (domain.hue, domain.saturation, domain.value)
     )
-    return colorsys.hsv_to_rgb(float(hue), float(saturation), float(value))
+    return colorsys.hsv_to_rgb(hue, saturation, value)

@@ -16,7 +16,7 @@ from pipeline.grasping.trial import required_scene
 from pipeline.perception.camera import body_and_link, mounted, take_picture
 from pipeline.perception.config import EyeConfig
 from pipeline.perception.distractors import lay_distractors
-from pipeline.perception.layout import Laid, colour, lay_out, lit, moved
+from pipeline.perception.layout import Laid, between, colour, lay_out, lit, moved
 from pipeline.perception.pinhole import Pinhole
 from pipeline.perception.textures import pattern
 from pipeline.perception.training_config import DomainConfig
@@ -222,7 +222,7 @@ def _patterned(
     shaded: Array = image.astype(np.float64)
     shaded[nothing] = 255.0 * np.array(colour(draw, domain))
     for where, plane in ((table, height), (nothing, height - FLOOR)):
-        kind, contrast = str(draw.choice(list(domain.textures))), draw.uniform(*domain.contrast)
+        kind, contrast = str(draw.choice(list(domain.textures))), between(draw, domain.contrast)
         if where.any():
             points = camera.project(pixels[where], plane)[:, :2]
             shaded[where] *= 1.0 + contrast * pattern(draw, kind, points)[:, None]

@@ -151,7 +151,7 @@ def augmented(images: Tensor, config: AugmentConfig, seed: int) -> Tensor:
 
 def _laid_out(network: CentreNetwork, layout: torch.memory_format) -> CentreNetwork:
     """The network with its numbers in another order; convolutions like channels last."""
-    return network.to(memory_format=layout)  # type: ignore[call-overload, no-any-return]
+    return network.to(memory_format=layout)  # type: ignore[call-overload]
 
 
 def _schedule(step: int, steps: int, warm_up: int) -> float:
