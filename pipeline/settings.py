@@ -21,6 +21,7 @@ from pipeline.perception.config import PerceptionConfig
 from pipeline.perception.training_config import DetectorConfig
 from pipeline.planning.config import PlanConfig
 from pipeline.reporting.config import ReportConfig
+from pipeline.speech.config import SpeechConfig
 from pipeline.tuning.config import TuneConfig, check_space
 
 
@@ -176,8 +177,9 @@ class Config:
     plan: PlanConfig = field(default_factory=PlanConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)
     agent: AgentConfig = field(default_factory=AgentConfig)
-    detector: DetectorConfig = field(default_factory=DetectorConfig)
+    speech: SpeechConfig = field(default_factory=SpeechConfig)
     perception: PerceptionConfig = field(default_factory=PerceptionConfig)
+    detector: DetectorConfig = field(default_factory=DetectorConfig)
     report: ReportConfig = field(default_factory=ReportConfig)
     engine: EngineConfig = field(default_factory=EngineConfig)
 

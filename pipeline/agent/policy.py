@@ -80,6 +80,8 @@ class Policy:
         if any("conditions" in token.meanings for token in tokens):
             return f"{CONDITION} {DONE}"
         found = Reader(lexicon, seen, groups, last).read(tokens)
+        if not (found.intents or found.remarks) and any("negations" in t.meanings for t in tokens):
+            answers.append("All right.")
         found.spared = [name for name in dict.fromkeys(found.spared) if name in lexicon.names]
         return _compose(found, answers, text)
 

@@ -73,9 +73,7 @@ class Reader:
             self._express(m["face"])
         elif "object" in m:
             self._unknown = ""
-            if not (
-                before is not None and before.text in _ARTICLES and is_noun(token_at(rest, 0))
-            ):
+            if not (before is not None and before.text in _ARTICLES and is_noun(token_at(rest, 0))):
                 self._emit([m["object"]])  # else it describes the next: the orange ball
         elif "absent" in m:
             self._unknown = ""

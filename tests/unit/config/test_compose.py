@@ -18,6 +18,7 @@ GROUPS = (
     "plan",
     "grasp",
     "agent",
+    "speech",
 )
 CHOICES = [(group, choice) for group in GROUPS for choice in group_choices(group)]
 

@@ -1,0 +1,76 @@
+"""Whisper through faster-whisper, with weights from a folder on this machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pipeline.speech.config import WhisperConfig
+from pipeline.speech.errors import SpeechError
+from pipeline.speech.sound import read_sound
+
+RATE = 16000  # Hz, of the model
+_FILES = ("model.bin", "config.json")
+
+
+class WhisperRecogniser:
+    """Understands free speech; what it means is the agent's to decide.
+
+    Attributes:
+        name: whisper.
+    """
+
+    name = "whisper"
+
+    def __init__(self, config: WhisperConfig) -> None:
+        """Load the weights.
+
+        Args:
+            config: Folder, language and precision.
+
+        Raises:
+            SpeechError: The package or the folder is missing, or the folder holds no weights.
+        """
+        package = _package()
+        if config.folder is None:
+            raise SpeechError(
+                "speech.recogniser=whisper needs speech.whisper.folder=<folder of faster-whisper "
+                "weights>: none are downloaded"
+            )
+        folder = Path(config.folder)
+        missing = [name for name in _FILES if not (folder / name).is_file()]
+        if missing:
+            raise SpeechError(
+                f"speech.whisper.folder={folder} must hold {' and '.join(_FILES)}, "
+                f"missing: {', '.join(missing)}"
+            )
+        self._language = config.language
+        try:
+            self._model = package.WhisperModel(
+                str(folder), device="cpu", compute_type=config.compute, local_files_only=True
+            )
+        except (RuntimeError, ValueError, OSError) as error:
+            raise SpeechError(
+                f"speech.whisper.folder={folder} cannot be loaded: {error}"
+            ) from error
+
+    def recognise(self, wav: Path) -> str:
+        """Return the words of a WAV file; see `pipeline.speech.protocol.Recogniser`."""
+        samples = read_sound(wav, RATE).astype("float32")
+        if not len(samples):
+            return ""
+        segments, _ = self._model.transcribe(
+            samples, language=self._language, beam_size=5, condition_on_previous_text=False
+        )
+        return " ".join(segment.text.strip() for segment in segments).strip()
+
+
+def _package() -> Any:
+    try:
+        import faster_whisper
+    except ImportError as error:
+        raise SpeechError(
+            "speech.recogniser=whisper needs the package faster-whisper: "
+            "pip install 'cycleik-bench[whisper]'"
+        ) from error
+    return faster_whisper
