@@ -49,7 +49,7 @@ def judge_path(robot: Robot, poses: Array, options: LmOptions) -> Verdict:
         poses: Waypoints, base frame [m, unit quaternion], shape (S, 7).
         options: Tolerances and damping.
     """
-    if not _in_reach(robot, poses, options):
+    if not stays_in_reach(robot, poses, options):
         return Verdict(in_reach=False, continuous=False)
     continuous = one_branch(robot, poses, options, EXHAUSTIVE) is not None
     for path in (poses, poses[::-1].copy()):
@@ -74,7 +74,7 @@ def out_of_reach(robot: Robot, poses: Array, found: NDArray[np.bool_], options: 
     return not refine(robot, poses[middle][None], seed, options).found[0]
 
 
-def _in_reach(robot: Robot, poses: Array, options: LmOptions) -> bool:
+def stays_in_reach(robot: Robot, poses: Array, options: LmOptions) -> bool:
     """Whether every waypoint has a solution; far ones from one another are looked at first."""
     thorough = options._replace(iterations=REACH_ITERATIONS)
     stride = max(1, len(poses) // 7)
