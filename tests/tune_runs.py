@@ -20,7 +20,7 @@ from optuna.trial import FrozenTrial, TrialState
 from pipeline.tuning.journal import WORKER
 from pipeline.tuning.study import ABANDONED
 
-DEADLINE_S = 120.0
+DEADLINE_S = 240.0  # a first run compiles kernels
 # Trials of some tenths of a second, so that a kill lands in the middle of one.
 TOY = [
     "robot=nico",

@@ -1,9 +1,9 @@
 """Where a study is kept, and how its workers keep out of each other's way.
 
 Optuna stores trials; for a total to be exact, three things have to hold beside that. One worker at
-a time begins a trial (`Store.claim`). Trials that nobody runs any more are known (`Store.abandoned`).
-And a worker that is killed (SIGKILL, out of memory) leaves nothing locked: every lock here is the
-kernel's or the server's, which drop it with its process.
+a time begins a trial (`Store.claim`). Trials that nobody runs any more are known as such
+(`Store.abandoned`). And a worker that is killed (SIGKILL, out of memory) leaves nothing locked:
+every lock here is the kernel's or the server's, which drop it with its process.
 """
 
 from __future__ import annotations
