@@ -1,4 +1,4 @@
-"""`ship`: put trained compact weights beside a robot's description, in half precision."""
+"""`ship`: put trained compact weights or a detector beside a robot's description."""
 
 from __future__ import annotations
 
@@ -25,6 +25,10 @@ python -m pipeline ship robot=panda [model=compact] [results_dir=results/quick]
 Copies the weights that `train` made to robots/<name>/weights, where a solver finds them right after
 installation. Numbers are kept in half precision; the errors on the test poses are measured with
 them as they are kept, and go into the card.
+
+python -m pipeline ship detector robot=nicol [results_dir=results/quick]
+
+Copies the detector that the stage `detector` trained to robots/<name>/detector likewise.
 """
 
 
@@ -33,6 +37,8 @@ def ship(arguments: list[str]) -> int:
     if arguments[:1] in (["-h"], ["--help"]):
         print(HELP, end="")
         return 0
+    if arguments[:1] == ["detector"]:
+        return _ship_detector(compose(arguments[1:]))
     config = compose(arguments)
     robot = robot_of(config)
     folders = artifacts(config)
@@ -50,6 +56,37 @@ def ship(arguments: list[str]) -> int:
     save_weights(target, network, _card(card, test), half=True)
     errors = f"{test['position_error_mm']:.2f} mm, {test['rotation_error_deg']:.2f} deg"
     print(f"{target}: {errors} on {test['poses']} test poses")
+    return 0
+
+
+def _ship_detector(config: Config) -> int:
+    """Ship a detector; its numbers are in half precision already, and so were judged."""
+    from pipeline.perception.weights import (
+        LARGEST_BYTES,
+        WEIGHTS,
+        load_centre_network,
+        read_detector_card,
+        save_detector,
+        shipped_detector,
+    )
+
+    robot = robot_of(config)
+    source = artifacts(config).detector(robot.name)
+    network = load_centre_network(source, robot.name)
+    size = (source / WEIGHTS).stat().st_size
+    if size > LARGEST_BYTES:
+        raise PipelineError(
+            f"the detector in {source} takes {size:,} bytes, at most {LARGEST_BYTES:,} are "
+            "shipped: take smaller detector.network.channels"
+        )
+    card = read_detector_card(source)
+    target = shipped_detector(robot.name)
+    save_detector(target, network, {k: v for k, v in card.items() if k not in RUN_ONLY})
+    told = card["held_out"]
+    print(
+        f"{target}: mAP50 {told['map50']:.3f}, {told['position_error_mm']:.1f} mm on "
+        f"{told['pictures']} held-out pictures"
+    )
     return 0
 
 

@@ -13,8 +13,8 @@ from PIL import ImageDraw, ImageFont
 
 from pipeline.data.files import replacing
 from pipeline.perception.detection import Detection, Detector
-from pipeline.perception.judging import FOUND
 from pipeline.perception.pictures import Pictures
+from pipeline.perception.scores import FOUND
 from pipeline.reporting.style import LOOKS, legend_below, panels, save, styled
 
 Image = NDArray[np.uint8]

@@ -18,6 +18,7 @@ from pipeline.reporting.seeding import adjusted, same_budget, seed_effects
 from pipeline.reporting.summary import summarise
 from pipeline.reporting.table import Table
 from pipeline.reporting.tables_benchmark import neural_comparison, numerical_comparison
+from pipeline.reporting.tables_detector import detectors
 from pipeline.reporting.tables_experiments import constraints, solutions
 from pipeline.reporting.tables_grasps import grasp_objects, grasp_studies
 from pipeline.reporting.tables_planner import planner, planner_routes
@@ -84,6 +85,7 @@ def make_tables(material: Material) -> list[Table]:
         grasping(results, published, material.config),
         grasp_objects(results, material.config),
         grasp_studies(results, material.config),
+        detectors(results),
     ]
     return [table for table in made if table.rows]
 

@@ -120,9 +120,9 @@ OUTLINE: tuple[tuple[str, str, str, tuple[str, ...], tuple[str, ...], tuple[str,
         "grasping",
         "Grasping",
         "Pick, lift and drop in a physics simulation; held by contact and friction alone.",
-        ("figure5_grasping", "grasp_success_by", "grasp_studies"),
+        ("figure5_grasping", "grasp_success_by", "grasp_studies", "detector"),
         ("grasp_outcomes", "grasp_places", "grasp_studies"),
-        ("grasp", "grasp_study"),
+        ("grasp", "grasp_study", "detector"),
     ),
 )
 

@@ -15,8 +15,9 @@ from pipeline.learning.networks import parameter_count
 from pipeline.perception.camera import mounted
 from pipeline.perception.embedded import EmbeddedDetector
 from pipeline.perception.figures import draw_detections, draw_errors
-from pipeline.perception.judging import judge, summary
+from pipeline.perception.judging import judge
 from pipeline.perception.pictures import Chunk, Pictures, render_pictures
+from pipeline.perception.scores import summary
 from pipeline.perception.training import DetectorTrainer
 from pipeline.perception.weights import CARD, halved, save_detector
 from pipeline.progress import bar
