@@ -1,4 +1,4 @@
-"""The eight stages: each calls the library and writes one artifact with its card."""
+"""The stages: each calls the library and writes one artifact with its card."""
 
 from __future__ import annotations
 
