@@ -19,6 +19,8 @@ GROUPS = (
     "grasp",
     "agent",
     "speech",
+    "perception",
+    "detector",
 )
 CHOICES = [(group, choice) for group in GROUPS for choice in group_choices(group)]
 
@@ -86,6 +88,13 @@ def test_from_is_a_key_although_python_reserves_the_word() -> None:
         ("grasp.scenes.panda.area.x=[2,1]", ["area.x", "low 2.0 is above high 1.0"]),
         ("grasp.scenes.panda.area.y=[1]", ["area.y", "two numbers"]),
         ("grasp.scenes.panda.objects=[]", ["at least one object"]),
+        ("perception=radar", ["'radar'", "camera", "perfect"]),
+        ("perception.detector=yolo", ["perception.detector", "embedded, open_vocabulary"]),
+        ("perception.perturbation.tilt=[1]", ["perception.perturbation.tilt", "three numbers"]),
+        ("perception.vocabulary.prompt=thing", ["{name}", "'thing'"]),
+        ("detector.network.width=100", ["detector.network.width", "multiple of 16", "100"]),
+        ("detector.training.tilt=[2,1]", ["tilt", "low 2.0 is above high 1.0"]),
+        ("detector.held_out.textures=[marble]", ["textures", "waves", "'marble'"]),
         ("results_dir=", ["results_dir must name a folder"]),
         ("results_dir=.", ["results_dir must name a folder"]),
         ("train.epochs", ["key=value"]),
