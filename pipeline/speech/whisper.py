@@ -10,7 +10,8 @@ from pipeline.speech.errors import SpeechError
 from pipeline.speech.sound import read_sound
 
 RATE = 16000  # Hz, of the model
-_FILES = ("model.bin", "config.json")
+# Without the tokenizer the package would fetch one, and nothing here is fetched.
+_FILES = ("model.bin", "config.json", "tokenizer.json")
 
 
 class WhisperRecogniser:
@@ -41,7 +42,7 @@ class WhisperRecogniser:
         missing = [name for name in _FILES if not (folder / name).is_file()]
         if missing:
             raise SpeechError(
-                f"speech.whisper.folder={folder} must hold {' and '.join(_FILES)}, "
+                f"speech.whisper.folder={folder} must hold {', '.join(_FILES)}; "
                 f"missing: {', '.join(missing)}"
             )
         self._language = config.language

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import types
 import wave
 
 import numpy as np
@@ -92,7 +94,7 @@ def test_what_is_missing_is_said(composed, monkeypatch, tmp_path):
 
 def test_a_missing_package_is_said(composed, monkeypatch):
     for module in ("pocketsphinx", "faster_whisper"):
-        monkeypatch.setitem(__import__("sys").modules, module, None)
+        monkeypatch.setitem(sys.modules, module, None)
     composed.speech.recogniser = "grammar"
     with pytest.raises(SpeechError, match=r"cycleik-bench\[speech\]"):
         load_recogniser(composed.speech, composed.agent.vocabulary, ["banana"])
@@ -100,12 +102,44 @@ def test_a_missing_package_is_said(composed, monkeypatch):
         WhisperRecogniser(WhisperConfig("x", "en", "int8"))
 
 
-def test_whisper_wants_a_folder_with_weights(tmp_path):
-    pytest.importorskip("faster_whisper", reason="the extra 'whisper' is not installed")
+class _Whisper(types.ModuleType):
+    """Stands for the package: remembers how it was called."""
+
+    def __init__(self):
+        super().__init__("faster_whisper")
+        self.calls = []
+        outer = self
+
+        class WhisperModel:
+            def __init__(self, folder, **settings):
+                outer.calls.append((folder, settings))
+
+            def transcribe(self, samples, **settings):
+                outer.calls.append((samples.dtype.name, samples.shape, settings))
+                return iter([types.SimpleNamespace(text=" Grasp the"), _SEGMENT]), None
+
+        self.WhisperModel = WhisperModel
+
+
+_SEGMENT = types.SimpleNamespace(text=" banana. ")
+
+
+def test_whisper_loads_a_folder_and_nothing_else(tmp_path, monkeypatch):
+    package = _Whisper()
+    monkeypatch.setitem(sys.modules, "faster_whisper", package)
     with pytest.raises(SpeechError, match="none are downloaded"):
         WhisperRecogniser(WhisperConfig(None, "en", "int8"))
-    with pytest.raises(SpeechError, match=r"model\.bin"):
+    with pytest.raises(SpeechError, match=r"missing: model\.bin"):
         WhisperRecogniser(WhisperConfig(str(tmp_path), "en", "int8"))
+    for name in ("model.bin", "config.json", "tokenizer.json"):
+        (tmp_path / name).touch()
+    recogniser = WhisperRecogniser(WhisperConfig(str(tmp_path), "en", "int8"))
+    folder, settings = package.calls[0]
+    assert folder == str(tmp_path)
+    assert settings["local_files_only"] is True
+    write_sound(tmp_path / "said.wav", np.zeros(8000), 8000)
+    assert recogniser.recognise(tmp_path / "said.wav") == "Grasp the banana."
+    assert package.calls[1][:2] == ("float32", (16000,))
 
 
 @pytest.mark.parametrize("voice", ["", "-o", "../etc", "http://host/voice", "a b", "$(id)"])
