@@ -37,19 +37,31 @@ class AgentSeries:
             kept: Finished trials; a killed series goes on with the row that was cut off.
             progress: Called with each raw row, also with those that were kept.
         """
-        wanted, per_row = self.experiment.config.trials, self.experiment.per_row
         rows: list[dict[str, Any]] = []
-        for number in range(-(-wanted // per_row)):
-            numbers = range(number * per_row, min((number + 1) * per_row, wanted))
-            found = [row for trial in numbers if (row := kept.get(trial)) is not None]
-            if len(found) < len(numbers):
-                found = self.experiment.row(number)[: len(numbers)]
+        for number, trials in self._trials_of_rows().items():
+            found = [row for trial in trials if (row := kept.get(trial)) is not None]
+            if len(found) < len(trials):
+                found = self.unit(number)
                 for row in found:
                     kept.put(row)
             for row in found:
                 rows.append(row)
                 progress(row)
         return pd.DataFrame(rows)
+
+    def pending(self, kept: KeptRows) -> list[int]:
+        """Numbers of the rows that are not yet kept whole: units of work that need no other."""
+        rows = self._trials_of_rows().items()
+        return [number for number, trials in rows if any(kept.get(one) is None for one in trials)]
+
+    def unit(self, number: int) -> list[dict[str, Any]]:
+        """Run one row and return the raw rows of the trials that are wanted of it."""
+        return self.experiment.row(number)[: len(self._trials_of_rows()[number])]
+
+    def _trials_of_rows(self) -> dict[int, range]:
+        wanted, width = self.experiment.config.trials, self.experiment.per_row
+        starts = enumerate(range(0, wanted, width))
+        return {number: range(start, min(start + width, wanted)) for number, start in starts}
 
     def film(self, rows: pd.DataFrame, folder: Path) -> list[Path]:
         """Run the rows once more whose trials are to be filmed, the camera on during those.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,7 +38,7 @@ class Study:
     @property
     def trials(self) -> int:
         """Trials of all variants together."""
-        return len(list(variants(self.series.config))) * self.series.config.trials
+        return len(self._units())
 
     def run(self, kept: KeptRows, progress: Callable[[dict[str, Any]], object]) -> pd.DataFrame:
         """Run every variant on the same trials, those that are kept left out.
@@ -50,18 +51,33 @@ class Study:
             One raw row a variant and trial: that of the trial, and the study and variant it is of.
         """
         rows = []
-        for variant, values in enumerate(variants(self.series.config)):
-            series = None
-            for number in range(self.series.config.trials):
-                row = kept.get(variant, number)
-                if row is None:
-                    series = series or self.varied(values)
-                    row = {"study": self._name, "axes": ",".join(values), "variant": variant}
-                    row |= series.trial(number)
-                    kept.put(row)
-                rows.append(row)
-                progress(row)
+        for unit in self._units():
+            row = kept.get(*unit)
+            if row is None:
+                (row,) = self.unit(unit)
+                kept.put(row)
+            rows.append(row)
+            progress(row)
         return pd.DataFrame(rows)
+
+    def pending(self, kept: KeptRows) -> list[tuple[int, int]]:
+        """Variant and number of the trials that are not yet kept: units that need no other."""
+        return [unit for unit in self._units() if kept.get(*unit) is None]
+
+    def unit(self, unit: tuple[int, int]) -> list[dict[str, Any]]:
+        """Run one trial of a variant and return its raw row."""
+        variant, number = unit
+        values = self._settings[variant]
+        if variant not in self._loaded:
+            self._loaded.clear()
+            self._loaded[variant] = self.varied(values)
+        row = {"study": self._name, "axes": ",".join(values), "variant": variant}
+        return [row | self._loaded[variant].trial(number)]
+
+    def _units(self) -> list[tuple[int, int]]:
+        return [
+            (v, n) for v in range(len(self._settings)) for n in range(self.series.config.trials)
+        ]
 
     def varied(self, values: dict[str, Any]) -> Series:
         """The trials with some settings changed."""
@@ -73,13 +89,21 @@ class Study:
         """Film the first trial of each class of outcome, if the configuration asks for classes."""
         if self.series.config.video != "classes":
             return []
-        settings = list(variants(self.series.config))
         films = []
         for name in CLASSES:
             for row in rows[rows["class"] == name].head(1).to_dict("records"):
-                series = self.varied(settings[row["variant"]])
+                series = self.varied(self._settings[row["variant"]])
                 films.append(series.film_trial(int(row["trial"]), folder, f"{self._name}_"))
         return films
+
+    @cached_property
+    def _settings(self) -> list[dict[str, Any]]:
+        return list(variants(self.series.config))
+
+    @cached_property
+    def _loaded(self) -> dict[int, Series]:
+        """The variant that ran last, its solver loaded."""
+        return {}
 
     @property
     def _name(self) -> str:

@@ -53,11 +53,19 @@ class Series:
         for number in range(self.config.trials):
             row = kept.get(number)
             if row is None:
-                row = self.trial(number)
+                (row,) = self.unit(number)
                 kept.put(row)
             rows.append(row)
             progress(row)
         return pd.DataFrame(rows)
+
+    def pending(self, kept: KeptRows) -> list[int]:
+        """Numbers of the trials that are not yet kept: units of work that need no other."""
+        return [number for number in range(self.config.trials) if kept.get(number) is None]
+
+    def unit(self, number: int) -> list[dict[str, Any]]:
+        """Run one unit of work and return its raw rows."""
+        return [self.trial(number)]
 
     def trial(self, number: int, recorder: Recorder | None = None) -> dict[str, Any]:
         """Run one trial; its number and the seed fix everything."""

@@ -20,11 +20,11 @@ from pipeline.embodiment.loading import (
     EVIDENCE,
     embodied_facts,
     is_embodied,
-    load_agent_series,
     senses_identity,
     setting_name,
 )
 from pipeline.embodiment.series import AgentSeries
+from pipeline.embodiment.trials import Experiment
 from pipeline.errors import ConfigError
 from pipeline.evaluation.identity import solver_identity
 from pipeline.grasping import ablation
@@ -35,7 +35,8 @@ from pipeline.grasping.trial import required_scene
 from pipeline.progress import bar
 from pipeline.settings import Config
 from pipeline.solvers import check_solvers
-from pipeline.stages.inputs import artifacts, detector_of, robot_of, solver_of
+from pipeline.stages.grasp_units import load_runner, run_units
+from pipeline.stages.inputs import artifacts, robot_of
 from robots import Robot
 
 
@@ -52,26 +53,21 @@ def run(config: Config) -> list[Path]:
     check_solvers(asked, robot)
     if study is not None and is_embodied(config):
         raise ConfigError("a study of grasps needs perception=perfect and agent=none")
-    repair = solver_of(config.grasp.repair, robot, config) if config.grasp.repair else None
-    solver = solver_of(config.grasp.solver, robot, config)
-    series = Series(config.grasp, robot, solver, repair, config.seed)
-    if study is not None:
-        return _study(config, Study(series, lambda name: solver_of(name, robot, config)))
-    if is_embodied(config):
-        return _embodied(config, series)
+    runner = load_runner(config)
+    if isinstance(runner, Study):
+        return _study(config, runner)
+    if isinstance(runner, AgentSeries):
+        return _embodied(config, runner)
     folder = artifacts(config).grasp(robot.name)
-    return _trials(config, series, folder, _Kept(config, series, "grasp"))
+    return _trials(config, runner, folder, _Kept(config, runner, "grasp"))
 
 
-def _embodied(config: Config, series: Series) -> list[Path]:
+def _embodied(config: Config, runner: AgentSeries) -> list[Path]:
     """Trials with a camera or an agent, beside those without."""
     setting = setting_name(config)
-    folder = artifacts(config).grasp_agent(series.robot.name, setting)
-    sees = config.perception.source == "camera"
-    detector = detector_of(series.robot, config) if sees else None
-    runner = load_agent_series(config, series, folder, detector)
+    folder = artifacts(config).grasp_agent(config.robot.name, setting)
     facts = embodied_facts(config)
-    kept = _Kept(config, series, f"grasp-{setting}", facts, senses_identity(runner))
+    kept = _Kept(config, runner.experiment, f"grasp-{setting}", facts, senses_identity(runner))
     if not kept.path.exists():
         shutil.rmtree(folder / EVIDENCE, ignore_errors=True)  # of an earlier run
     return _trials(config, runner, folder, kept)
@@ -81,6 +77,7 @@ def _trials(config: Config, runner: Series | AgentSeries, folder: Path, made: _K
     robot, facts = made.robot, made.facts
     with exclusive(folder):
         kept = KeptRows(made.path, KEY)
+        run_units(config, runner, kept)
         with _Progress(config.grasp.trials, f"grasp {robot.name}") as progress:
             rows = runner.run(kept, progress)
         folder.mkdir(parents=True, exist_ok=True)
@@ -102,6 +99,7 @@ def _study(config: Config, study: Study) -> list[Path]:
     name = series.config.ablation.study
     with exclusive(folder):
         kept = KeptRows(made.path, ablation.KEY)
+        run_units(config, study, kept)
         with _Progress(study.trials, f"{name} {series.robot.name}") as progress:
             rows = study.run(kept, progress)
         folder.mkdir(parents=True, exist_ok=True)
@@ -115,7 +113,12 @@ class _Kept:
     """What the rows depend on, and the file that keeps them while they are made."""
 
     def __init__(
-        self, config: Config, series: Series, kind: str, more: Any = None, eyes: Any = None
+        self,
+        config: Config,
+        series: Series | Experiment,
+        kind: str,
+        more: Any = None,
+        eyes: Any = None,
     ) -> None:
         self.robot = series.robot
         grasp = {**to_dict(config.grasp), "trials": None}

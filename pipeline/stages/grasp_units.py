@@ -1,0 +1,76 @@
+"""What a run of grasps is made of: units that need no other, and the engine that runs them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipeline.config import to_yaml
+from pipeline.data.rows import KeptRows
+from pipeline.embodiment.loading import is_embodied, load_agent_series, setting_name
+from pipeline.embodiment.series import AgentSeries
+from pipeline.engine.running import fans_out, run_tasks
+from pipeline.grasping.ablation import Study
+from pipeline.grasping.series import Series
+from pipeline.progress import bar
+from pipeline.settings import Config
+from pipeline.stages.inputs import artifacts, detector_of, robot_of, solver_of
+
+Runner = Series | AgentSeries | Study
+Unit = Any  # number of a trial, number of a row of things, or variant and number
+_loaded: dict[str, Runner] = {}  # what this worker ran last: loading takes longer than a trial
+
+
+def load_runner(config: Config) -> Runner:
+    """Load robot, solvers and, where asked for, eyes and agent of a run's trials or of its study.
+
+    Args:
+        config: Of the run; its scene and solvers are checked already.
+    """
+    robot = robot_of(config)
+    repair = solver_of(config.grasp.repair, robot, config) if config.grasp.repair else None
+    solver = solver_of(config.grasp.solver, robot, config)
+    series = Series(config.grasp, robot, solver, repair, config.seed)
+    if config.grasp.ablation is not None:
+        return Study(series, lambda name: solver_of(name, robot, config))
+    if not is_embodied(config):
+        return series
+    folder = artifacts(config).grasp_agent(robot.name, setting_name(config))
+    sees = config.perception.source == "camera"
+    detector = detector_of(robot, config) if sees else None
+    return load_agent_series(config, series, folder, detector)
+
+
+def run_units(config: Config, runner: Runner, kept: KeptRows) -> None:
+    """Run what is not yet kept on the engine, and keep each unit's rows as it ends.
+
+    With a single worker on this machine nothing is done: the runner itself goes on from what is
+    kept. So it does when a window shows the trials.
+
+    Args:
+        config: Of the run; a worker loads robot and solvers from it.
+        runner: Says which units are missing.
+        kept: Receives the rows.
+
+    Raises:
+        EngineError: Workers died; the rows of the others are kept.
+    """
+    if not fans_out(config.engine) or config.grasp.gui:
+        return
+    units = runner.pending(kept)
+    with bar(len(units), "unit", f"grasp {config.robot.name} on {config.engine.name}") as shown:
+
+        def keep(_: int, rows: list[dict[str, Any]]) -> None:
+            for row in rows:
+                kept.put(row)
+            shown.update()
+
+        run_tasks(config.engine, _unit, [(config, unit) for unit in units], keep, "grasp")
+
+
+def _unit(task: tuple[Config, Unit]) -> list[dict[str, Any]]:
+    config, unit = task
+    key = to_yaml(config)
+    if key not in _loaded:
+        _loaded.clear()
+        _loaded[key] = load_runner(config)
+    return _loaded[key].unit(unit)
