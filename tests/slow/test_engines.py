@@ -104,7 +104,8 @@ def evaluation(root: Path, *where: str) -> pd.DataFrame:
 @cache
 def grasps(root: Path, *where: str) -> pd.DataFrame:
     (folder,) = run_stage("grasp", compose([*TOY, *GRASPS, *where, f"results_dir={root}"]))
-    return read_table(folder / "trials.parquet").drop(columns="wall_s")
+    rows = read_table(folder / "trials.parquet")
+    return rows.drop(columns=[name for name in rows if name.endswith(("plan_ms", "wall_s"))])
 
 
 def shared(local: Path, folder: Path) -> Path:
