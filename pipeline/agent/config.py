@@ -28,8 +28,8 @@ class EndpointConfig:
     timeout_s: float = MISSING
     deadline_s: float = MISSING
     retries: int = MISSING
-    temperature: float = MISSING
-    max_tokens: int = MISSING
+    temperature: float | None = None  # null = not sent
+    max_tokens: int | None = None  # null = not sent
     seed: int | None = None
     tools: bool = MISSING
 
@@ -37,10 +37,13 @@ class EndpointConfig:
         """Refuse addresses that are none or hold a password, and times that cannot be."""
         if self.base_url is not None and self.base_url != "???":
             check_address("agent.endpoint.base_url", self.base_url)
-        for name in ("timeout_s", "deadline_s", "max_tokens"):
+        for name in ("timeout_s", "deadline_s"):
             positive(f"agent.endpoint.{name}", getattr(self, name))
+        if self.max_tokens is not None:
+            positive("agent.endpoint.max_tokens", self.max_tokens)
         at_least("agent.endpoint.retries", self.retries, 0)
-        within("agent.endpoint.temperature", self.temperature, 0, 2)
+        if self.temperature is not None:
+            within("agent.endpoint.temperature", self.temperature, 0, 2)
 
 
 @dataclass
@@ -97,6 +100,8 @@ class AgentConfig:
         if not isinstance(self.actions, str):
             for action in self.actions:
                 one_of("agent.actions", action, KINDS)
+            if "done" not in self.actions:
+                raise ValueError("agent.actions must have done: without it no instruction ends")
         for name in ("longest_instruction", "longest_reply", "most_actions", "repeats"):
             positive(f"agent.{name}", getattr(self, name))
         positive("agent.most_turns", self.most_turns)

@@ -15,11 +15,9 @@ from pipeline.agent.config import AgentConfig
 from pipeline.agent.errors import AgentError, ModelError, Reason
 from pipeline.agent.model import LanguageModel, Message
 from pipeline.agent.prompt import system_prompt
-from pipeline.agent.scene_text import Seen, harmless, labelled, user_text
+from pipeline.agent.scene_text import GO_ON, SILENCE, Seen, harmless, labelled, user_text
 from pipeline.agent.tags import parse_reply
 from pipeline.agent.transcript import Transcript
-
-GO_ON = "(Go on with the instruction, or say that it is fulfilled.)"
 
 
 @dataclass(frozen=True)
@@ -97,7 +95,7 @@ class Agent:
         """
         self._instruction = _Instruction()
         words = harmless(instruction, self._config.longest_instruction)
-        return self._turn(words or "(nothing was said)", sightings)
+        return self._turn(words or SILENCE, sightings)
 
     def proceed(self, sightings: Sequence[Seen]) -> Turn:
         """Go on with the instruction at hand, for models that ask for one action at a time.

@@ -69,15 +69,14 @@ class Endpoint:
         return text.replace(self._key, "***") if self._key != NO_KEY else text
 
     def _request(self, messages: Sequence[Message]) -> dict[str, Any]:
-        config = self._config
         request: dict[str, Any] = {
             "model": self.name,
             "messages": [{"role": each.role, "content": each.content} for each in messages],
-            "temperature": config.temperature,
-            "max_tokens": config.max_tokens,
         }
-        if config.seed is not None:
-            request["seed"] = config.seed
+        for setting in ("temperature", "max_tokens", "seed"):
+            value = getattr(self._config, setting)
+            if value is not None:  # some servers refuse settings that they do not know
+                request[setting] = value
         if self._tools:
             request["tools"] = self._tools
         return request

@@ -14,7 +14,7 @@ from pipeline.agent.config import VocabularyConfig
 from pipeline.agent.intents import Intent, Understanding, article, spoken
 from pipeline.agent.lexicon import Lexicon, Token, normalise
 from pipeline.agent.model import Message
-from pipeline.agent.scene_text import Seen, read_user_text
+from pipeline.agent.scene_text import GO_ON, SILENCE, Seen, read_user_text
 from pipeline.agent.understanding import Reader
 
 DONE = Action("done").as_tag()
@@ -61,7 +61,7 @@ class Policy:
     def reply(self, messages: Sequence[Message]) -> str:
         """Answer the last user turn; see `pipeline.agent.model.LanguageModel`."""
         instruction, seen = read_user_text(messages[-1].content)
-        if instruction.startswith("("):  # no words of a user: go on, or nothing was said
+        if instruction in (GO_ON, SILENCE):
             return DONE
         lexicon = Lexicon(self._vocabulary, [each.name for each in seen])
         text = normalise(instruction)

@@ -14,6 +14,9 @@ from dataclasses import dataclass
 HEADING = "Objects in view (base frame in metres, x ahead of the robot, y to its left):"
 NOTHING = "Objects in view: none."
 OUTCOME = "Outcome: "
+# What stands in place of the user's words; brackets, because no words of a user are these.
+GO_ON = "[go on with the instruction, or say that it is fulfilled]"
+SILENCE = "[nothing was said]"
 NAME_CHARACTERS = 40
 OUTCOME_CHARACTERS = 200
 

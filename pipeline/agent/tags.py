@@ -47,7 +47,8 @@ def parse_reply(
         repeats: Times that one and the same action may stand in a reply.
 
     Returns:
-        The actions in order. Targets are spelt as in ``names``; free text is a speak.
+        The actions in order. Targets are spelt as in ``names``; free text is a speak, if that is
+        allowed.
 
     Raises:
         TagError: The reply is not in the language, or names what is not in view or not allowed.
@@ -61,7 +62,7 @@ def parse_reply(
     counts: Counter[Action] = Counter()
     for kind, content in _elements(reply):
         if kind is None:
-            if _SPOKEN.search(content):
+            if "speak" in kinds and _SPOKEN.search(content):
                 actions.append(Action("speak", text=_one_line(content)))
             continue
         action = _action(kind, content, names, kinds)

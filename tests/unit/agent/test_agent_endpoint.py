@@ -112,7 +112,8 @@ def test_what_is_sent(agent, server, scene):
     assert request["model"] == "scripted"
     assert [message["role"] for message in request["messages"]] == ["system", "user"]
     assert '- "soup_can": x=0.500 y=0.200 side=left' in request["messages"][-1]["content"]
-    assert "tools" not in request
+    assert request["temperature"] == 0.0
+    assert not {"tools", "seed"} & set(request)
     assert server.headers[-1]["authorization"] == f"Bearer {KEY}"
 
 
@@ -203,6 +204,11 @@ def test_what_cannot_be_is_refused(config, change, said):
     with pytest.raises(ValueError, match=said) as caught:
         replace(config.endpoint, **change)
     assert "secret" not in str(caught.value)
+
+
+def test_an_agent_that_can_never_be_done_is_refused(base):
+    with pytest.raises(ValueError, match="must have done"):
+        replace(base, actions=["grasp"])
 
 
 def test_what_cannot_be_is_refused_at_the_command_line():

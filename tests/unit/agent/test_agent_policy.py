@@ -90,6 +90,8 @@ def test_what_is_understood(config, scene, instruction):
     [
         ("asdkj alksjd", NOT_UNDERSTOOD),
         ("", "<done/>"),
+        ("(go on)", NOT_UNDERSTOOD),
+        ("do not smile", "All right."),
         ("wave at me", NOT_UNDERSTOOD),
         ("grasp", "What shall I grasp?"),
         ("grasp the apple", "I do not see an apple."),

@@ -100,6 +100,8 @@ def test_an_action_can_be_forbidden():
     with pytest.raises(TagError) as caught:
         parse_reply("<push>banana</push>", NAMES, kinds=("grasp", "done"))
     assert caught.value.reason is Reason.UNKNOWN_ACTION
+    silent = parse_reply("I take it. <grasp>banana</grasp>", NAMES, kinds=("grasp", "done"))
+    assert silent == [Action("grasp", "banana")]
 
 
 def test_names_that_differ_only_in_spelling_must_be_spelt_out():
