@@ -90,7 +90,8 @@ def planned(material: Material) -> Iterator[tuple[str, str, Callable[[], Figure]
         yield (
             "planner_flips",
             "Plans whose path stays in reach: without a branch flip on the path as asked, without "
-            "one on another curve between the same ends, or neither.",
+            "one on another curve between the same ends, or neither. Diamonds: the batched query "
+            "alone, before any repair.",
             lambda: plans.planner_flips(results.plan),
         )
         yield (

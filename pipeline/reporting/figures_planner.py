@@ -24,7 +24,9 @@ from pipeline.reporting.style import (
 from pipeline.reporting.tables_planner import PLANNER_ROBOTS, one_row_a_plan, with_paths_judged
 
 SMALLEST_MM = 1e-4  # mm, smaller tip errors are drawn here
-WIDEST = 0.06  # share below which a part of a bar has no room for its number
+ALONE = "without a flip before repair"
+MARGIN = 4.0  # % between the number of a part and its end
+WIDEST = 0.12  # share below which a part of a bar has no room for its number
 
 
 def planner_times(plans: Mapping[str, pd.DataFrame], published: Published) -> Figure:
@@ -68,7 +70,7 @@ def planner_flips(plans: Mapping[str, pd.DataFrame]) -> Figure:
         axis.set(title=f"{robot_title(robot)}: {inside.pair.nunique()} paths in reach")
         axis.set(xlim=(0, 100), xlabel="plans [%]")
         axis.grid(visible=False, axis="y")
-    legend_below(figure, axes)
+    legend_below(figure, axes, columns=2)
     return figure
 
 
@@ -87,8 +89,14 @@ def _stacked(axis: Axes, plans: pd.DataFrame) -> None:
         axis.barh(places, 100 * shares, 0.72, 100 * left, color=colour, label=label)
         for place, share, start in zip(places, shares, left, strict=True):
             if share >= WIDEST:
-                middle = 100 * (start + 0.5 * share)
+                end = (
+                    100 * (start + share) - MARGIN
+                )  # a diamond may be further left, or on the edge
                 number = f"{100 * share:.1f}".removesuffix(".0")
-                axis.text(middle, place, number, color=ink, ha="center", va="center", fontsize=7)
+                axis.text(end, place, number, color=ink, ha="right", va="center", fontsize=7)
         left += shares
+    if "query_flips" in plans:
+        alone = [(plans.query_flips[plans.solver == solver] == 0).mean() for solver in solvers]
+        (marks,) = axis.plot(100 * np.array(alone), places, "D", label=ALONE, clip_on=False)
+        marks.set(markerfacecolor="white", markeredgecolor=INK, markersize=5.5)
     axis.set_yticks(places, [solver_title(solver) for solver in solvers])
