@@ -124,7 +124,14 @@ def lit(draw: Generator, domain: DomainConfig, eye: EyeConfig) -> EyeConfig:
 
 def colour(draw: Generator, domain: DomainConfig) -> Colour:
     """Draw a colour of the surroundings: red, green, blue of 0 to 1."""
-    hue, saturation, value = (
-        between(draw, ends) for ends in (domain.hue, domain.saturation, domain.value)
-    )
+    return _colour(draw, domain.hue, domain.saturation, domain.value)
+
+
+def distractor_colour(draw: Generator, domain: DomainConfig) -> Colour:
+    """Draw a colour of a thing of no class: red, green, blue of 0 to 1."""
+    return _colour(draw, domain.distractor_hue, domain.distractor_saturation, domain.value)
+
+
+def _colour(draw: Generator, *ends: Sequence[float]) -> Colour:
+    hue, saturation, value = (between(draw, each) for each in ends)
     return colorsys.hsv_to_rgb(hue, saturation, value)

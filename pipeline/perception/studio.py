@@ -16,7 +16,15 @@ from pipeline.grasping.trial import required_scene
 from pipeline.perception.camera import body_and_link, mounted, take_picture
 from pipeline.perception.config import EyeConfig
 from pipeline.perception.distractors import lay_distractors
-from pipeline.perception.layout import Laid, between, colour, lay_out, lit, moved
+from pipeline.perception.layout import (
+    Laid,
+    between,
+    colour,
+    distractor_colour,
+    lay_out,
+    lit,
+    moved,
+)
 from pipeline.perception.pinhole import Pinhole
 from pipeline.perception.textures import pattern
 from pipeline.perception.training_config import DomainConfig
@@ -123,7 +131,7 @@ class Studio:
                 count,
                 draw,
                 [thing.place for thing in laid],
-                lambda: colour(draw, domain),
+                lambda: distractor_colour(draw, domain),
             )
             self._paint(draw, domain)
             eye = lit(draw, domain, self._eye)

@@ -22,7 +22,7 @@ def pattern(draw: Generator, kind: str, points: Array) -> Array:
 
     Args:
         draw: Random numbers.
-        kind: plain, waves (a sum of plane waves), stripes, checks or blotches.
+        kind: plain, waves (a sum of plane waves), stripes, rings, dots, checks or blotches.
         points: x and y in the pattern's plane [m], shape (..., 2).
 
     Returns:
@@ -34,9 +34,15 @@ def pattern(draw: Generator, kind: str, points: Array) -> Array:
         return _waves(draw, points, LENGTHS) / np.sqrt(WAVES)
     if kind == "blotches":
         return cast(Array, np.sign(_waves(draw, points, (0.05, LENGTHS[1]))))
+    if kind == "rings":
+        away = np.linalg.norm(points - draw.uniform(-0.5, 1.5, size=2), axis=-1)
+        return cast(Array, np.sign(np.sin(2.0 * np.pi * away / draw.uniform(0.04, 0.2))))
     angle, length = draw.uniform(0.0, np.pi), draw.uniform(0.02, 0.2)
     turned = points @ np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    sides = np.sign(np.sin(2.0 * np.pi * turned / length + draw.uniform(0.0, 2.0 * np.pi)))
+    rising = np.sin(2.0 * np.pi * turned / length + draw.uniform(0.0, 2.0 * np.pi))
+    if kind == "dots":
+        return cast(Array, np.sign(rising.sum(axis=-1) - draw.uniform(0.5, 1.5)))
+    sides = np.sign(rising)
     if kind == "stripes":
         return cast(Array, sides[..., 0])
     return cast(Array, sides[..., 0] * sides[..., 1])

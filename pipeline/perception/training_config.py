@@ -8,7 +8,7 @@ from omegaconf import MISSING
 
 from pipeline.checks import at_least, interval, one_of, positive, positive_all, within
 
-TEXTURES = ("plain", "waves", "stripes", "checks", "blotches")
+TEXTURES = ("plain", "waves", "stripes", "rings", "dots", "checks", "blotches")
 STRIDE = 8  # input pixels a side of a cell of the heat map
 
 
@@ -70,12 +70,16 @@ class DomainConfig:
     textures: list[str] = MISSING
     contrast: list[float] = MISSING
     distractors: list[int] = MISSING
+    distractor_hue: list[float] = MISSING
+    distractor_saturation: list[float] = MISSING
 
     def __post_init__(self) -> None:
         """Refuse ranges whose ends are swapped, chances that are none, and unknown textures."""
         for name in ("tilt", "shift", "azimuth", "elevation", "ambient", "diffuse", "hue"):
             interval(f"detector: {name}", getattr(self, name))
         for name in ("saturation", "value", "contrast", "distractors"):
+            interval(f"detector: {name}", getattr(self, name))
+        for name in ("distractor_hue", "distractor_saturation"):
             interval(f"detector: {name}", getattr(self, name))
         within("detector: absent", self.absent, 0.0, 1.0)
         at_least("detector: gap", self.gap, 0.0)
