@@ -16,6 +16,7 @@ from baselines.registry import settings
 from pipeline import provenance
 from pipeline.config import bench_lists
 from pipeline.errors import PipelineError
+from pipeline.speech.available import missing_parts
 from robots import available_robots, load_robot
 
 HELP_FLAGS = ("-h", "--help")
@@ -84,6 +85,8 @@ def doctor() -> int:
     for name in baselines.names():
         if reason := baselines.skip(name):
             print(f"  solver {name:<13} is skipped: {reason} (pip install .[solvers])")
+    for setting, reason in missing_parts().items():
+        print(f"  {setting}: {reason}")
     if missing:
         print(f"missing: {', '.join(missing)}; run `make environment`")
     else:

@@ -50,10 +50,9 @@ class WhisperRecogniser:
             self._model = package.WhisperModel(
                 str(folder), device="cpu", compute_type=config.compute, local_files_only=True
             )
-        except (RuntimeError, ValueError, OSError) as error:
-            raise SpeechError(
-                f"speech.whisper.folder={folder} cannot be loaded: {error}"
-            ) from error
+        except Exception as error:  # its tokenizer raises bare exceptions for a broken file
+            said = " ".join(str(error).split())
+            raise SpeechError(f"speech.whisper.folder={folder} cannot be loaded: {said}") from error
 
     def recognise(self, wav: Path) -> str:
         """Return the words of a WAV file; see `pipeline.speech.protocol.Recogniser`."""
@@ -61,7 +60,12 @@ class WhisperRecogniser:
         if not len(samples):
             return ""
         segments, _ = self._model.transcribe(
-            samples, language=self._language, beam_size=5, condition_on_previous_text=False
+            samples,
+            language=self._language,
+            beam_size=5,
+            temperature=0.0,  # an instruction is one sentence: no second guess by chance
+            condition_on_previous_text=False,
+            without_timestamps=True,
         )
         return " ".join(segment.text.strip() for segment in segments).strip()
 

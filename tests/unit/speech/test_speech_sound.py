@@ -12,6 +12,7 @@ import pytest
 from pipeline.config import compose
 from pipeline.errors import ConfigError
 from pipeline.speech import SpeechError, load_recogniser, load_synthesiser
+from pipeline.speech.available import missing_parts
 from pipeline.speech.config import MicrophoneConfig, WhisperConfig
 from pipeline.speech.microphone import BLOCK_S, RATE, Utterance
 from pipeline.speech.sound import read_sound, write_sound
@@ -180,3 +181,10 @@ def _pretend(folder, monkeypatch, program, script):
 def test_what_cannot_be_is_refused_at_the_command_line():
     with pytest.raises(ConfigError, match=r"speech\.recogniser"):
         compose(["speech.recogniser=telepathy"])
+
+
+def test_the_doctor_knows_what_is_missing(monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert "apt-get install flite" in missing_parts()["speech.synthesiser=flite"]
+    monkeypatch.setattr("pipeline.speech.available.find_spec", lambda name: None)
+    assert "pip install .[agent]" in missing_parts()["agent=endpoint"]
