@@ -38,6 +38,10 @@ class Artifacts:
         """Folder of the hyperparameter search of a robot."""
         return self.root / "tune" / robot
 
+    def contest(self, robot: str) -> Path:
+        """Trainings of the best of a robot's search and of its rivals, at one budget."""
+        return self.root / "contest" / robot / "trainings.parquet"
+
     def train(self, robot: str, model: str) -> Path:
         """Folder of the trained weights of a model for a robot."""
         return self.root / "train" / robot / model
@@ -66,6 +70,10 @@ class Artifacts:
     def grasp_agent(self, robot: str, setting: str) -> Path:
         """Folder of the grasp trials of a robot that sees or is spoken to, such as camera-policy."""
         return self.root / "grasp_agent" / robot / setting
+
+    def chat(self, robot: str) -> Path:
+        """Folder of the conversations with a robot."""
+        return self.root / "chat" / robot
 
     def grasp_study(self, robot: str) -> Path:
         """Folder of the studies of a robot's grasps, one table a study."""

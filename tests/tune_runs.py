@@ -30,6 +30,7 @@ TOY = [
     "dataset.test=60",
     "tune.epochs=25",
     "tune.pruner.kind=none",
+    "train.kinematics=pytorch_kinematics",  # nothing to compile
 ]
 Look = Callable[[], list[FrozenTrial]]
 

@@ -26,6 +26,7 @@ from pipeline.reporting.tables_seeds import neural_seeds
 from pipeline.reporting.tables_solvers import comparisons, precision, timing
 from pipeline.reporting.tables_training import datasets, hyperparameters, training
 from pipeline.reporting.tables_trials import grasping
+from pipeline.reporting.tables_tuning import studies, tuned_against_table_one
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,8 @@ def make_tables(material: Material) -> list[Table]:
         neural_seeds(material.effects, material.config),
         comparisons(material.pairs, material.config),
         hyperparameters(results, published),
+        studies(results),
+        tuned_against_table_one(results),
         datasets(results),
         training(results),
         losses_table(contests(results.swept)),

@@ -23,7 +23,7 @@ SEEDED = "seeded_by_"  # folders of rows that started from another solver's answ
 JOINT = re.compile(r"q\d+")
 STAGES = ("dataset", "tune", "train", "evaluate", "plan", "grasp")
 # Made on demand: nothing is missing where they did not run.
-EXPERIMENTS = ("sample", "grasp_study", "detector")
+EXPERIMENTS = ("sample", "grasp_study", "contest", "detector")
 
 
 @dataclass
@@ -43,6 +43,7 @@ class Results:
         plan: Raw rows of the planner benchmark, by robot.
         grasp: Trials, by robot.
         grasp_studies: Trials of the studies of grasps, by (robot, study).
+        contest: Trainings of the best of a search and its rivals, by robot.
         detector: Raw rows on held-out pictures and the least score in use, by robot.
         media: Pictures and videos of a stage, by (stage, robot).
         notes: What is missing or could not be read, one sentence each.
@@ -62,6 +63,7 @@ class Results:
     plan: dict[str, pd.DataFrame] = field(default_factory=dict)
     grasp: dict[str, pd.DataFrame] = field(default_factory=dict)
     grasp_studies: dict[tuple[str, str], pd.DataFrame] = field(default_factory=dict)
+    contest: dict[str, pd.DataFrame] = field(default_factory=dict)
     detector: dict[str, tuple[pd.DataFrame, float]] = field(default_factory=dict)
     media: dict[tuple[str, str], list[Path]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -190,6 +192,12 @@ def _read_detector(results: Results, place: Path) -> None:
         results.detector[place.name] = (rows, float(threshold))
 
 
+def _read_contest(results: Results, place: Path) -> None:
+    rows = _try(results, place / "trainings.parquet", read_table)
+    if rows is not None and len(rows):
+        results.contest[place.name] = rows
+
+
 READERS: dict[str, Callable[[Results, Path], None]] = {
     "dataset": _read_dataset,
     "tune": _read_tune,
@@ -199,6 +207,7 @@ READERS: dict[str, Callable[[Results, Path], None]] = {
     "plan": _read_plan,
     "grasp": _read_grasp,
     "grasp_study": _read_grasp_study,
+    "contest": _read_contest,
     "detector": _read_detector,
 }
 

@@ -28,19 +28,12 @@ def hyperparameters(results: Results, published: Published) -> Table:
         columns=[
             Column("robot", "Robot"),
             Column("source", "Source"),
-            Column("batch_size", "Batch size"),
-            Column("learning_rate", "Lr", digits=3),
-            Column("hidden_layers", "No. layers"),
-            Column("tanh_layers", "No. tanh"),
-            Column("position_weight", "w pos"),
-            Column("rotation_weight", "w rot"),
-            Column("neurons_per_layer", "Neurons per layer"),
-            Column("parameters", "Parameters [1e6]", digits=5),
+            *hyperparameter_columns(),
         ],
     )
     for robot in ordered_robots([*results.robots, *published.robots("hyperparameters")]):
         if robot in published.robots("hyperparameters"):
-            table.add(robot=robot_title(robot), source="paper", **_published_row(published, robot))
+            table.add(robot=robot_title(robot), source="paper", **published_row(published, robot))
         for (name, model), (card, _) in results.train.items():
             if name == robot:
                 table.add(
@@ -49,7 +42,7 @@ def hyperparameters(results: Results, published: Published) -> Table:
         if robot in results.tune:
             trials, best = results.tune[robot]
             label = f"this run: best of {len(trials)} trials"
-            table.add(robot=robot_title(robot), source=label, **_drawn_row(best))
+            table.add(robot=robot_title(robot), source=label, **drawn_row(best))
     return table
 
 
@@ -128,7 +121,23 @@ def training(results: Results) -> Table:
     return table
 
 
-def _published_row(published: Published, robot: str) -> dict[str, Cell]:
+def hyperparameter_columns() -> list[Column]:
+    """Return the columns of Table I, after those that name a row."""
+    return [
+        Column("batch_size", "Batch size"),
+        Column("learning_rate", "Lr", digits=3),
+        Column("hidden_layers", "No. layers"),
+        Column("tanh_layers", "No. tanh"),
+        Column("position_weight", "w pos", digits=3),
+        Column("rotation_weight", "w rot", digits=3),
+        Column("neurons_per_layer", "Neurons per layer"),
+        Column("parameters", "Parameters [1e6]", digits=5),
+    ]
+
+
+def published_row(published: Published, robot: str) -> dict[str, Cell]:
+    """Return the row of Table I of a robot."""
+
     def number(metric: str) -> float | None:
         return published.number("hyperparameters", robot, "cycleik", metric)
 
@@ -148,11 +157,12 @@ def _published_row(published: Published, robot: str) -> dict[str, Cell]:
 
 def _trained_row(card: dict[str, Any]) -> dict[str, Cell]:
     parameters = card.get("parameters")
-    row = _drawn_row(card.get("config") or {})
+    row = drawn_row(card.get("config") or {})
     return {**row, "parameters": None if parameters is None else parameters / 1e6}
 
 
-def _drawn_row(config: dict[str, Any]) -> dict[str, Cell]:
+def drawn_row(config: dict[str, Any]) -> dict[str, Cell]:
+    """Return a row of Table I for the groups train and model of a configuration."""
     train, model = config.get("train") or {}, config.get("model") or {}
     hidden = model.get("hidden") or []
     rate = train.get("learning_rate")

@@ -12,6 +12,7 @@ from pipeline.settings import Config
 STAGES = {
     "dataset": "collision-filtered poses for training, validation and test",
     "tune": "hyperparameter search with Optuna",
+    "contest": "the best of a search against Table I, at equal training budget",
     "train": "a network through differentiable forward kinematics",
     "evaluate": "solvers on the test poses, one raw row a pose",
     "sample": "many solutions of one pose, and how they spread",
@@ -20,7 +21,7 @@ STAGES = {
     "grasp": "pick-and-drop trials in simulation",
     "report": "tables, figures and report.html from everything on disk",
 }
-EXPERIMENTS = ("sample",)  # on demand: not among what `all` runs
+EXPERIMENTS = ("sample", "contest")  # on demand: not among what `all` runs
 PER_ROBOT = tuple(name for name in STAGES if name not in ("report", *EXPERIMENTS))
 
 

@@ -13,6 +13,10 @@ from optuna.trial import FrozenTrial, TrialState
 from pipeline.config import to_dict
 from pipeline.data.files import write_json, write_text
 from pipeline.errors import PipelineError
+from pipeline.provenance import ROOT
+from pipeline.reporting.published import read_published
+from pipeline.reporting.table import Table
+from pipeline.reporting.tables_tuning import found_hyperparameters
 from pipeline.settings import Config
 from pipeline.tuning.figures import write_figures
 from pipeline.tuning.journal import WORKER
@@ -20,11 +24,14 @@ from pipeline.tuning.space import draw
 from pipeline.tuning.study import START, count
 
 MADE_BY = "# The best trial of `python -m pipeline tune`; `train.from=best` takes it.\n"
+PUBLISHED = ROOT / "results" / "published_results.csv"
+SHAPE = ("hidden", "tanh_layers")  # told of every network
+SHOWN = 3  # best trials in the table
 TRIALS, BEST, METRICS = "trials.csv", "best.yaml", "metrics.json"
 
 
 def write_outputs(study: Study, folder: Path, config: Config) -> None:
-    """Write trials.csv, best.yaml, metrics.json and the figures.
+    """Write trials.csv, best.yaml, metrics.json, figures, and a table in the form of Table I.
 
     Raises:
         PipelineError: No trial ended well.
@@ -43,6 +50,7 @@ def write_outputs(study: Study, folder: Path, config: Config) -> None:
     }
     write_json(folder / METRICS, metrics)
     write_figures(study, folder, config.robot.name)
+    _like_table_one(study, config).write(folder)
 
 
 def write_trials(study: Study, folder: Path) -> None:
@@ -64,7 +72,7 @@ def best(study: Study, config: Config) -> dict[str, Any]:
     searched = list(config.tune.space)
     return {
         "train": {key: train[key] for key in searched if key in train},
-        "model": {key: model[key] for key in searched if key in model},
+        "model": {key: model[key] for key in dict.fromkeys([*searched, *SHAPE]) if key in model},
         "of": {
             "study": study.study_name,
             "robot": config.robot.name,
@@ -74,6 +82,19 @@ def best(study: Study, config: Config) -> dict[str, Any]:
             "objective": trial.value,
         },
     }
+
+
+def _like_table_one(study: Study, config: Config) -> Table:
+    complete = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
+    ranked = sorted(complete, key=lambda trial: (trial.value, trial.number))
+    rows = {f"trial {trial.number}": trial for trial in ranked[:SHOWN]}
+    rows |= {f"trial {t.number}, the start": t for t in complete if START in t.user_attrs}
+    found: dict[str, dict[str, Any]] = {}
+    for name, trial in rows.items():
+        train, model = (to_dict(group) for group in draw(trial, config))
+        facts = {"parameters": trial.user_attrs.get("parameters"), "objective": trial.value}
+        found[name] = {"train": train, "model": model, **facts}
+    return found_hyperparameters(config.robot.name, read_published(PUBLISHED), found)
 
 
 def _row(trial: FrozenTrial) -> dict[str, Any]:

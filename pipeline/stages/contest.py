@@ -1,0 +1,42 @@
+"""Stage contest: the best of a search against Table I, at one budget of training.
+
+Run `tune` before it and `report` after it: the report states the intervals.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from pipeline import provenance
+from pipeline.artifacts import exclusive
+from pipeline.config import to_dict
+from pipeline.data.dataset import read_split
+from pipeline.data.tables import write_table
+from pipeline.settings import Config
+from pipeline.stages.inputs import artifacts, dataset_of, robot_of
+from pipeline.tuning.contest import BEST, contestants, run_contest
+
+
+def run(config: Config) -> list[Path]:
+    """Write raw rows, one a training; goes on where it was stopped."""
+    robot = robot_of(config)
+    folders = artifacts(config)
+    best = folders.tune(robot.name) / "best.yaml"
+    if BEST in config.tune.contest.contestants:
+        command = f"python -m pipeline tune robot={robot.name} profile={config.profile}"
+        best = folders.need(best, command)
+    entrants = contestants(config, best)
+    data = dataset_of(config)
+    sets = read_split(data, "train", robot), read_split(data, "validation", robot)
+    path = folders.contest(robot.name)
+    facts = {**provenance.made_by(), "commit": provenance.commit(), "profile": config.profile}
+    facts |= {"contest": to_dict(config.tune.contest), "seed": config.seed}
+
+    def keep(rows: pd.DataFrame) -> None:
+        write_table(path, rows, facts)
+
+    with exclusive(path):
+        keep(run_contest(robot, config, entrants, sets, path, keep))
+    return [path]

@@ -1,0 +1,216 @@
+"""The best configuration of a search against Table I: trainings that cost the same.
+
+What a training costs can be counted in three currencies: seconds on this machine, multiply-adds of
+the network's layers (any machine), or poses seen (any network). One of them is the budget, and
+every row has all three, so that a reader sees what the others would have said.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import torch
+from torch import nn
+
+from pipeline.config import compose, to_dict
+from pipeline.data.dataset import PoseSet
+from pipeline.data.tables import read_table
+from pipeline.learning.checkpoint import Progress
+from pipeline.learning.experts import Experts
+from pipeline.learning.networks import IkNetwork, build_network, parameter_count
+from pipeline.learning.trainer import Run, Trainer
+from pipeline.progress import LOGGER
+from pipeline.provenance import digest
+from pipeline.seeding import derive_seed
+from pipeline.settings import Config, ModelConfig, TrainConfig
+from pipeline.tuning.best import read_best
+from robots import Robot
+
+# Of a training step to a forward pass: forward, gradient by the inputs, gradient by the weights.
+PASSES = 3
+WARM_UP_STEPS, TIMED_STEPS, TIMED_S = 5, 20, 5.0
+BEST, DEFAULT, TABLE_ONE = "best", "default", "table_one"
+Keep = Callable[[pd.DataFrame], None]
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A configuration that is trained.
+
+    Attributes:
+        name: best, default or table_one.
+        train: Losses, optimiser, schedule.
+        model: Architecture.
+    """
+
+    name: str
+    train: TrainConfig
+    model: ModelConfig
+
+
+def contestants(config: Config, best: Path) -> list[Contestant]:
+    """Return the configurations that ``tune.contest`` names.
+
+    Args:
+        config: The run: its own configuration is ``default``.
+        best: best.yaml of the search.
+
+    Raises:
+        PipelineError: The search was for another kind of model.
+        ValueError: A name that is none of them.
+    """
+    made = []
+    for name in config.tune.contest.contestants:
+        train, model = config.train, config.model
+        if name == BEST:
+            found, shape = read_best(best, config)
+            train, model = replace(train, **found), replace(model, **shape)
+        if name == TABLE_ONE:
+            names = [f"robot={config.robot.name}", f"profile={config.profile}"]
+            theirs = compose([*names, "experiment=table_one"])
+            train, model = replace(theirs.train, device=config.train.device), theirs.model
+        made.append(Contestant(name, train, model))
+    return made
+
+
+def run_contest(
+    robot: Robot,
+    config: Config,
+    entrants: list[Contestant],
+    sets: tuple[PoseSet, PoseSet],
+    path: Path,
+    keep: Keep,
+) -> pd.DataFrame:
+    """Train every contestant with every seed and return one row a training.
+
+    Contestants take turns, so that a machine that slows down slows all of them. Rows that are on
+    disk already, of the same configuration and budget, are not made again.
+
+    Args:
+        robot: The robot.
+        config: Budget, repetitions, root of the seeds.
+        entrants: Who takes part.
+        sets: Training and validation poses.
+        path: Where the rows lie.
+        keep: Called with all rows after each training.
+    """
+    kept = read_table(path) if path.exists() else pd.DataFrame({"run": pd.Series(dtype=str)})
+    rows: list[dict[str, Any]] = []
+    for repetition in range(config.tune.contest.repetitions):
+        for entrant in entrants:
+            run = _run_digest(config, entrant, repetition)
+            found = kept[kept.run == run].to_dict("records")
+            if found:
+                rows += [{str(key): value for key, value in found[0].items()}]
+                continue
+            rate = next((row["poses_per_s"] for row in rows if row["name"] == entrant.name), None)
+            made = _train(robot, config, entrant, sets, repetition, rate)
+            rows.append({"robot": robot.name, "name": entrant.name, "run": run, **made})
+            keep(pd.DataFrame(rows))
+    return pd.DataFrame(rows)
+
+
+def multiply_adds(network: nn.Module) -> float:
+    """Return the multiply-adds of a network's layers for one pose, forward.
+
+    Every weight of a layer is used once for a pose; of a mixture of experts, those of one expert,
+    and the distances to all cells.
+    """
+    if isinstance(network, Experts):
+        layers = sum(weight[0].numel() for weight in network.weights)
+        return float(layers + network.centres.numel())
+    return float(sum(p.numel() for p in network.parameters() if p.dim() > 1))
+
+
+def spend(train: TrainConfig, poses: float, available: int) -> TrainConfig:
+    """Return a schedule that sees so many poses, in passes over as many as there are.
+
+    Args:
+        train: Batch size, and everything that stays.
+        poses: To be seen, repeated ones included.
+        available: Poses of the training set.
+    """
+    size = train.batch_size
+    steps = max(1, round(poses / size))
+    epochs = -(-steps * size // (available // size * size))
+    per_epoch = max(1, round(steps / epochs))
+    return replace(train, epochs=epochs, poses=per_epoch * size, validations=1)
+
+
+def _train(
+    robot: Robot,
+    config: Config,
+    entrant: Contestant,
+    sets: tuple[PoseSet, PoseSet],
+    repetition: int,
+    rate: float | None,
+) -> dict[str, Any]:
+    seed = derive_seed(config.seed, "contest", robot.name, repetition)
+    torch.manual_seed(seed)
+    network = build_network(robot, entrant.model)
+    cost = PASSES * multiply_adds(network)
+    contest = config.tune.contest
+    if contest.currency == "seconds":
+        rate = rate or _poses_per_second(robot, entrant, sets[0])
+        budget = contest.amount * rate
+    else:
+        rate = float("nan")
+        budget = contest.amount / (cost if contest.currency == "multiply_adds" else 1)
+    train = spend(entrant.train, budget, len(sets[0].poses))
+    label = f"{entrant.name}, seed {repetition + 1} of {contest.repetitions}"
+    LOGGER.info("%s: %d poses in %d passes", label, train.poses * train.epochs, train.epochs)
+    trainer = Trainer(robot, network, train, Run(seed, "", label))
+    began = time.perf_counter()
+    progress = trainer.fit(sets[0].first(train.poses), sets[1])
+    seconds = time.perf_counter() - began
+    position, rotation = trainer.objective.errors(trainer.tensor(sets[1].poses))
+    return {
+        "repetition": repetition,
+        "seed": seed,
+        "model": entrant.model.name,
+        "hidden": " ".join(str(width) for width in entrant.model.hidden),
+        "batch_size": train.batch_size,
+        "learning_rate": train.learning_rate,
+        "parameters": parameter_count(network),
+        "currency": contest.currency,
+        "amount": contest.amount,
+        "poses_per_s": rate,
+        "steps": progress.step,
+        "poses_seen": progress.step * train.batch_size,
+        "multiply_adds": progress.step * train.batch_size * cost,
+        "train_s": seconds,
+        "device": str(trainer.device),
+        "position_error_mm": float(position.mean()),
+        "rotation_error_deg": float(rotation.mean()),
+        "success_10mm_20deg": float(((position < 10) & (rotation < 20)).double().mean()),
+    }
+
+
+def _poses_per_second(robot: Robot, entrant: Contestant, poses: PoseSet) -> float:
+    """Measure how fast a contestant trains: some steps on a network that is thrown away."""
+    network = build_network(robot, entrant.model)
+    trainer = Trainer(robot, network, entrant.train, Run(0, "", "speed"))
+    part = poses.first(min(len(poses.poses), 20 * entrant.train.batch_size))
+    data, joints = trainer.tensor(part.poses), trainer.tensor(part.joints)
+    if isinstance(network, IkNetwork):
+        network.prepare(data)
+    progress, size = Progress(), entrant.train.batch_size
+    began, steps = time.perf_counter(), -WARM_UP_STEPS
+    while steps < TIMED_STEPS or time.perf_counter() - began < TIMED_S:
+        if steps == 0:
+            began = time.perf_counter()
+        first = (progress.step * size) % (len(data) - size + 1)
+        trainer.step(data[first : first + size], joints[first : first + size], progress, 10**6)
+        steps += 1
+    return size * steps / (time.perf_counter() - began)
+
+
+def _run_digest(config: Config, entrant: Contestant, repetition: int) -> str:
+    budget = [config.tune.contest.currency, config.tune.contest.amount, config.seed, repetition]
+    sizes = [config.dataset.train, config.dataset.validation]
+    return digest([to_dict(entrant.train), to_dict(entrant.model), budget, sizes])
