@@ -79,7 +79,7 @@ def _ship_detector(config: Config) -> int:
             f"the detector in {source} takes {size:,} bytes, at most {LARGEST_BYTES:,} are "
             "shipped: take smaller detector.network.channels"
         )
-    card = read_detector_card(source)
+    card = read_detector_card(source, robot.name)
     target = shipped_detector(robot.name)
     save_detector(target, network, {k: v for k, v in card.items() if k not in RUN_ONLY})
     told = card["held_out"]

@@ -55,7 +55,7 @@ def load_centre_network(
         PerceptionError: Files are missing or damaged, or the weights are of another robot, of other
             classes or of another shape.
     """
-    card = read_detector_card(folder)
+    card = read_detector_card(folder, robot)
     again = f"train one with: python -m pipeline detector robot={robot}"
     if card.get("robot") != robot:
         raise PerceptionError(
@@ -81,8 +81,12 @@ def shipped_detector(robot: str) -> Path:
     return ROBOTS / robot / "detector"
 
 
-def read_detector_card(folder: Path) -> dict[str, Any]:
-    """Return the card of a trained detector.
+def read_detector_card(folder: Path, robot: str) -> dict[str, Any]:
+    """Return the card of a trained detector, whatever robot it is for.
+
+    Args:
+        folder: Of the weights.
+        robot: Name of the robot that a detector is wanted for.
 
     Raises:
         PerceptionError: There is none.
@@ -90,7 +94,7 @@ def read_detector_card(folder: Path) -> dict[str, Any]:
     if not (folder / CARD).exists():
         raise PerceptionError(
             f"there is no trained detector in {folder}; train one with: python -m pipeline "
-            f"detector robot={folder.name}"
+            f"detector robot={robot}"
         )
     return dict(read_json(folder / CARD))
 

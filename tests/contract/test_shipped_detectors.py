@@ -31,7 +31,7 @@ WITHIN = 0.02  # m
 def test_they_are_small_and_their_card_tells_what_they_reach(name: str) -> None:
     folder = shipped_detector(name)
     assert (folder / WEIGHTS).stat().st_size <= LARGEST_BYTES
-    card = read_detector_card(folder)
+    card = read_detector_card(folder, name)
     assert card["names"] == list(CONFIG.grasp.scenes[name].objects)
     told = card["held_out"]
     assert told["pictures"] == 500
