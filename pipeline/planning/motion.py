@@ -118,12 +118,13 @@ def plan_motion(
     poses, joints, found, route = asked, given.joints, given.found, None
     if options is not None:
         astray = reroute and out_of_reach(robot, asked, found, options)
-        if astray:  # no search can help, so do without
+        mending = (robot, asked, joints, found, ends, options, given.candidates)
+        if not astray:  # else no search can help, so do without
+            joints, found = mend(*mending, wholly=reroute)
+        if reroute and not fits(robot, joints, found, asked):
             route = find_route(robot, asked, ends, options)
-        if route is None:
-            joints, found = mend(robot, asked, joints, found, ends, options, given.candidates)
-        if reroute and not astray and not fits(robot, joints, found, asked):
-            route = find_route(robot, asked, ends, options)
+            if route is None:
+                joints, found = mend(*mending)
     if route is not None:
         poses, joints, found = route.poses, route.joints, np.ones(steps, dtype=bool)
     seconds = time.perf_counter() - begin

@@ -158,6 +158,7 @@ def fewest_flips(
     effort: Effort,
     first: Array | None = None,
     goal: Array | None = None,
+    wholly: bool = False,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Cover a path with as few branches as can be found.
 
@@ -172,6 +173,7 @@ def fewest_flips(
         effort: How thoroughly to search.
         first: Joints at the first waypoint [rad or m], shape (dof,), or None to choose.
         goal: Joints to end at, as near as can be, shape (dof,), or None.
+        wholly: Stop at the first flip or waypoint out of reach; the rest stays near.
 
     Returns:
         Joints, shape (S, dof), and which waypoints were reached, shape (S,).
@@ -183,12 +185,16 @@ def fewest_flips(
             starts = first[None]
         else:
             starts = solutions(robot, poses[i], options, effort)
+        if len(starts) == 0 and wholly:
+            break
         if len(starts) == 0:
             i += 1
             continue
         path = longest_path(robot, poses[i:], starts, options, effort, goal)
         joints[i : i + len(path)], found[i : i + len(path)] = path, True
         i += len(path)
+        if wholly:
+            break
     _stay_near(robot, poses, options, joints, found)
     return joints, found
 
