@@ -12,12 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 from optuna import Study
 from optuna.distributions import BaseDistribution, CategoricalDistribution
 from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
 from optuna.trial import FrozenTrial, TrialState
 
+from pipeline.reporting.naming import robot_title
 from pipeline.reporting.style import (
     INK,
     LOOKS,
@@ -36,8 +38,9 @@ BEST_SHARE = 0.25  # of the trials, drawn above the others
 COLOURS = "viridis"
 
 
-def write_figures(study: Study, folder: Path, title: str) -> None:
+def write_figures(study: Study, folder: Path, robot: str) -> None:
     """Write the figures that the complete trials allow, as PNG and PDF each."""
+    title = robot_title(robot)
     complete = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
     if not complete:
         return
@@ -88,9 +91,10 @@ def _parallel_coordinates(complete: list[FrozenTrial], title: str) -> Figure:
     best = max(1, round(BEST_SHARE * len(complete)))
     for place, index in enumerate(order):
         above = place >= len(order) - best
+        drawn = np.flatnonzero(np.isfinite(heights[index]))  # a line skips what was not drawn
         axes.plot(
-            range(len(names)),
-            heights[index],
+            drawn,
+            heights[index][drawn],
             color=colours.to_rgba(values[index]),
             linewidth=1.6 if above else 0.7,
             alpha=1.0 if above else 0.5,
@@ -103,7 +107,12 @@ def _parallel_coordinates(complete: list[FrozenTrial], title: str) -> Figure:
     axes.set_xticks(range(len(names)), [_label(name) for name in names], rotation=30, ha="right")
     axes.set(ylim=(-0.12, 1.12), yticks=[], title=f"Search on {title}: the best quarter in bold")
     axes.grid(False)
-    figure.colorbar(colours, ax=axes, label="objective")
+    scale = figure.colorbar(colours, ax=axes, label="objective")
+    scale.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    scale.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
+    scale.ax.yaxis.set_minor_formatter(NullFormatter())
+    if values.max() < 2 * values.min():  # no decade to divide
+        scale.set_ticks(np.linspace(values.min(), values.max(), 4).tolist())
     return figure
 
 
@@ -149,8 +158,9 @@ def _objectives(trials: Sequence[FrozenTrial]) -> NDArray[np.float64]:
 
 
 def _names(trials: Sequence[FrozenTrial]) -> list[str]:
-    """Parameters in the order in which they were drawn first, those of later layers included."""
-    return list(dict.fromkeys(name for trial in trials for name in trial.params))
+    """Parameters in the order in which the deepest trial drew them, then what only others drew."""
+    deepest = sorted(trials, key=lambda trial: -len(trial.params))
+    return list(dict.fromkeys(name for trial in deepest for name in trial.params))
 
 
 def _distribution(trials: Sequence[FrozenTrial], name: str) -> Any:
