@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from pipeline.commands.benchmark import benchmark
+from pipeline.commands.chat import chat
 from pipeline.commands.compare import compare
 from pipeline.commands.look import doctor, robot, robots, solvers, where
 from pipeline.commands.readme import readme
@@ -16,6 +17,7 @@ Command = Callable[[list[str]], int]
 COMMANDS: dict[str, Command] = {
     "all": everything,
     "benchmark": benchmark,
+    "chat": chat,
     "robots": robots,
     "robot": robot,
     "solvers": solvers,

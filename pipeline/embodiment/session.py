@@ -61,7 +61,11 @@ class Course:
 
 
 class Session:
-    """An agent in a body at a table."""
+    """An agent in a body at a table.
+
+    Attributes:
+        heard: Called with every event as it happens.
+    """
 
     def __init__(
         self,
@@ -85,7 +89,7 @@ class Session:
             heard: Called with every event.
         """
         self.agent, self.body, self.senses, self.things = agent, body, senses, things
-        self._located, self._refuse, self._heard = located, refuse, heard
+        self._located, self._refuse, self.heard = located, refuse, heard
 
     def look(self) -> View:
         """Look at the table; the arm is at idle and out of the way."""
@@ -102,7 +106,7 @@ class Session:
                 event = self._act(action, known)
                 if action.kind != "done":
                     course.events.append(event)
-                    self._heard(event)
+                    self.heard(event)
             if turn.finished:
                 return course
             known = self.look()

@@ -46,12 +46,14 @@ class Point:
         arm, scene = self.arm, self.scene
         arm.get_ready()
         chosen = self._choose(place)
-        arm.move("transfer", chosen.joints, chosen.joints)
+        arm.swing(chosen.lifted)
+        arm.move("lift", chosen.joints)
         scene.hand.close(self.point.stretched)
         scene.wait(self.point.hold_s)
         tip = arm.tip_pose()
         beside = distance_to_line(scene.thing_position(), tip[:3], turned(tip, self.axis))
         scene.mark("pointing")
+        arm.move("lift", chosen.lifted)
         arm.go_home()
         return beside
 
@@ -61,7 +63,9 @@ class Point:
         for distance in point.distances:
             turns = np.array([(yaw, tilt) for yaw in point.yaws for tilt in point.tilts])
             poses = np.array([self._pose(place, distance, yaw, tilt) for yaw, tilt in turns])
-            chosen = choose(arm.robot, arm.solver, arm.grip, poses, poses, turns, arm.target)
+            above = poses.copy()
+            above[:, 2] += arm.grip.lift
+            chosen = choose(arm.robot, arm.solver, arm.grip, poses, above, turns, arm.target)
             if chosen.error <= arm.grip.tolerance:
                 return chosen
             nearest = min(nearest, chosen.error)

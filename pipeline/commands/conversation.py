@@ -1,0 +1,80 @@
+"""A conversation on standard input and output with a robot in the simulator."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+from pipeline.embodiment.body import Body
+from pipeline.embodiment.chat import Chat
+from pipeline.embodiment.row import row_setup
+from pipeline.embodiment.senses import make_senses
+from pipeline.embodiment.session import Session
+from pipeline.embodiment.things import Things
+from pipeline.embodiment.unspoken import agents
+from pipeline.grasping.scene import Scene
+from pipeline.grasping.trial import required_scene
+from pipeline.settings import Config
+from pipeline.solvers import check_solvers
+from pipeline.speech import load_recogniser, load_synthesiser
+from pipeline.speech.microphone import record
+from pipeline.stages.inputs import artifacts, detector_of, solver_of
+from robots import Robot
+
+PROMPT = "> "
+
+
+def converse(config: Config, robot: Robot) -> None:
+    """Lay the table, and answer line after line until the person says goodbye.
+
+    Args:
+        config: Scene, senses, agent and speech.
+        robot: Who is spoken to.
+
+    Raises:
+        PipelineError: The robot has no scene, or its detector or its agent is missing.
+    """
+    grasp = config.grasp
+    scene_config = required_scene(grasp, robot.name)
+    check_solvers({"grasp.solver": [grasp.solver]}, robot)
+    solver = solver_of(grasp.solver, robot, config)
+    repair = solver_of(grasp.repair, robot, config) if grasp.repair else None
+    detector = detector_of(robot, config) if config.perception.source == "camera" else None
+    senses = make_senses(config.perception, grasp, robot, detector)
+    agent = agents(config.agent, robot.name)()
+    with Scene(robot, scene_config, grasp.engine, grasp.gui) as scene:
+        things = Things(scene, grasp, row_setup(grasp, robot.name, 0, config.seed))
+        scene.wait(grasp.engine.settle_s)
+        body = Body(scene, grasp, solver, repair)
+        session = Session(agent, body, senses, things, grasp.protocol.located)
+        conversation = Chat(
+            session,
+            robot.name.upper(),
+            _transcript(config),
+            lambda text: print(text, flush=True),
+            lambda: load_recogniser(config.speech, config.agent.vocabulary, scene_config.objects),
+            lambda: load_synthesiser(config.speech),
+            lambda wav: record(config.speech.microphone, wav),
+        )
+        conversation.show_table()
+        print("`help` says what can be said, `quit` ends.", flush=True)
+        try:
+            while conversation.line(_ask()):
+                pass
+        finally:
+            conversation.keep()
+            print(conversation.transcript)
+
+
+def _ask() -> str:
+    """One line of the person's; the end of the input is a goodbye."""
+    try:
+        return input(PROMPT)
+    except EOFError:
+        print()
+        return "quit"
+
+
+def _transcript(config: Config) -> Path:
+    stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
+    return artifacts(config).chat(config.robot.name) / f"{stamp}.jsonl"
