@@ -17,6 +17,7 @@ Stages, in the order they build on each other:
 {stages}
   all        every stage above but sample for robots=[...], without DVC
   benchmark  evaluate the numerical solvers on all robots, unattended: benchmark profile=paper
+  chat       talk to a robot at its table, by text or by speech: chat robot=nicol
 
 Looking around:
   robots     the robots, their joints and limits        robot add FILE  bring one of your own
