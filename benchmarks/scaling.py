@@ -56,7 +56,7 @@ WORKS = (
         "pose set",
         "dataset",
         ("robot=panda", "dataset.train={}", *POSES),
-        200_000,
+        600_000,
         (),
         5 * 1_300_000,
         tasks=5 * 1_300_000 // 2048,

@@ -30,7 +30,7 @@ class EngineConfig:
     partition: str = ""
     minutes: int = 0
     tasks_per_job: int = 1
-    options: dict[str, Any] = field(default_factory=dict)
+    options: dict[str, Any] | None = None
     setup: list[str] = field(default_factory=list)
     folder: str = ""
     address: str = ""  # this is of ray

@@ -17,7 +17,9 @@ from pipeline.engine.task import Batch, Call, Outcome, lost
 from pipeline.progress import hide_bars
 from pipeline.provenance import ROOT
 
-POLL_S = 0.5  # between looks at the jobs; submitit itself asks the scheduler far less often
+# s between looks at the jobs. On a cluster each look is a question to the file server for each job;
+# the scheduler itself is asked far less often by submitit.
+POLL_S, CLUSTER_POLL_S = 0.5, 5.0
 
 
 class SubmititJobs:
@@ -62,7 +64,7 @@ class SubmititJobs:
         while True:
             if done := [job for job in handles if job.done()]:
                 return done
-            time.sleep(POLL_S)
+            time.sleep(CLUSTER_POLL_S if self.room is None else POLL_S)
 
     def outcomes(self, handle: Any, count: int) -> list[Outcome[Any]]:
         """Return what the tasks of a job came to; its log stays if it died."""
