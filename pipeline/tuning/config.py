@@ -21,8 +21,10 @@ KINDS_OF = {
     "list[int]": (LAYERS, CHOICE),
 }
 # `tune` says how long and on what a trial trains; the rest names a run or what is kept of it.
-FIXED = ("epochs", "validations", "poses", "name", "kind", "repetition", "checkpoint_s", "device")
-FIXED += ("keep", "source")
+FIXED = (
+    *("epochs", "validations", "poses", "name", "kind"),
+    *("repetition", "checkpoint_s", "device", "keep", "source"),
+)
 PRUNERS = ("none", "outclassed", "percentile", "median", "hyperband")
 JOURNAL = "journal"
 STORAGES = ("postgresql://", "postgresql+")
