@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from typing import TYPE_CHECKING
 
 from pipeline.agent.action import FACES, PLACES
 from pipeline.agent.config import AgentConfig
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 TEMPLATE = "system.jinja"
 UNKNOWN_BODY = "{name}, a robot arm with a hand beside a table."
@@ -33,6 +35,8 @@ def _render(body: str, senses: str, actions: Sequence[str]) -> str:
 
 @cache
 def _environment() -> Environment:
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined  # only talking needs it
+
     # The result is plain text for a model, not HTML: nothing is to be escaped for a browser.
     return Environment(
         loader=FileSystemLoader(Path(__file__).parent),

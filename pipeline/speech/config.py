@@ -47,7 +47,7 @@ class SpeechConfig:
 
     recogniser: str = MISSING
     synthesiser: str = MISSING
-    voice: str = MISSING
+    voices: dict[str, str] = MISSING
     pace: float = MISSING
     rejection: float = MISSING
     pronunciations: dict[str, str] = MISSING
@@ -58,5 +58,7 @@ class SpeechConfig:
         """Refuse what there is not."""
         one_of("speech.recogniser", self.recogniser, RECOGNISERS)
         one_of("speech.synthesiser", self.synthesiser, SYNTHESISERS)
+        for name in self.voices if isinstance(self.voices, dict) else ():
+            one_of("speech.voices", name, SYNTHESISERS)
         within("speech.pace", self.pace, 0.3, 3.0)
         positive("speech.rejection", self.rejection)

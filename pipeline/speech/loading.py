@@ -46,8 +46,8 @@ def load_synthesiser(config: SpeechConfig) -> Synthesiser:
     Raises:
         SpeechError: None is chosen, or its program is missing.
     """
-    if config.synthesiser == "flite":
-        return Flite(config.voice, config.pace)
-    if config.synthesiser == "espeak_ng":
-        return EspeakNg(config.voice, config.pace)
+    kinds = {"flite": Flite, "espeak_ng": EspeakNg}
+    if config.synthesiser in kinds:
+        voice = config.voices.get(config.synthesiser, "")
+        return kinds[config.synthesiser](voice, config.pace)
     raise SpeechError("speech.synthesiser=none says nothing: choose flite or espeak_ng")

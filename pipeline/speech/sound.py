@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import resample_poly
 
 from pipeline.data.files import replacing
 from pipeline.speech.errors import SpeechError
@@ -51,6 +50,8 @@ def read_sound(wav: Path, rate: int) -> NDArray[np.float64]:
     samples = samples / FULL_SCALE
     if own == rate or not len(samples):
         return samples
+    from scipy.signal import resample_poly  # half a second that every command would pay
+
     common = math.gcd(rate, own)
     resampled: NDArray[np.float64] = resample_poly(samples, rate // common, own // common)
     return resampled

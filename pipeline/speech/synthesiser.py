@@ -42,7 +42,9 @@ class _Program:
             or voice.startswith("-")
             or not voice.replace("-", "").replace("_", "").isalnum()
         ):
-            raise SpeechError(f"speech.voice must be a voice of {self.program}, got '{voice}'")
+            raise SpeechError(
+                f"speech.voices.{self.name} must be a voice of {self.program}, got '{voice}'"
+            )
         self._found, self._voice, self._pace = found, voice, pace
 
     def speak(self, text: str, wav: Path) -> None:

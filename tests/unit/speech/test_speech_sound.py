@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import types
 import wave
@@ -181,6 +182,19 @@ def _pretend(folder, monkeypatch, program, script):
 def test_what_cannot_be_is_refused_at_the_command_line():
     with pytest.raises(ConfigError, match=r"speech\.recogniser"):
         compose(["speech.recogniser=telepathy"])
+
+
+@pytest.mark.parametrize(("kind", "voice"), [("flite", "slt"), ("espeak_ng", "en-us")])
+def test_each_synthesiser_speaks_with_a_voice_of_its_own(kind, voice, tmp_path, monkeypatch):
+    config = compose([f"speech.synthesiser={kind}"]).speech
+    assert config.voices[kind] == voice
+    program = {"flite": "flite", "espeak_ng": "espeak-ng"}[kind]
+    if shutil.which(program) is None:
+        pytest.skip(f"the program {program} is not installed")
+    load_synthesiser(config).speak("The banana, please.", tmp_path / "said.wav")
+    samples = read_sound(tmp_path / "said.wav", 16000)
+    assert 0.5 < len(samples) / 16000 < 4.0
+    assert np.abs(samples).max() > 0.05
 
 
 def test_the_doctor_knows_what_is_missing(monkeypatch, tmp_path):
