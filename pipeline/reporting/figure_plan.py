@@ -12,10 +12,12 @@ from pipeline.reporting import figures_comparison as comparison
 from pipeline.reporting import figures_experiment as experiment
 from pipeline.reporting import figures_grasps as grasps
 from pipeline.reporting import figures_planner as plans
+from pipeline.reporting.figures_agent_grasps import agent_outcomes
 from pipeline.reporting.losses import contests, losses_figure, verdict
 from pipeline.reporting.material import Material
 from pipeline.reporting.page import Illustration
 from pipeline.reporting.style import save, styled
+from pipeline.reporting.tables_agent_grasps import agent_trials
 from pipeline.reporting.tables_grasps import with_places
 
 MAPPED = "cycleik"  # the solver whose precision is shown over the workspace
@@ -119,4 +121,11 @@ def planned(material: Material) -> Iterator[tuple[str, str, Callable[[], Figure]
             "The same trials with one or two settings varied: success with Wilson intervals, or "
             "in per cent on a map.",
             lambda: grasps.grasp_studies(results.grasp_studies, config),
+        )
+    if spoken := agent_trials(results):
+        yield (
+            "human_in_the_loop_outcomes",
+            "Figure 5 of the paper with camera and agent: every object of a row is a trial. The "
+            "paper's trials ran on hardware, with ViLD and GPT-3.5.",
+            lambda: agent_outcomes(spoken, published, config),
         )

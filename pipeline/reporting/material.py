@@ -17,6 +17,7 @@ from pipeline.reporting.results import Results, read_results
 from pipeline.reporting.seeding import adjusted, same_budget, seed_effects
 from pipeline.reporting.summary import summarise
 from pipeline.reporting.table import Table
+from pipeline.reporting.tables_agent_grasps import agent_failures, agent_grasping, agent_sight
 from pipeline.reporting.tables_benchmark import neural_comparison, numerical_comparison
 from pipeline.reporting.tables_detector import detectors
 from pipeline.reporting.tables_experiments import constraints, solutions
@@ -88,6 +89,9 @@ def make_tables(material: Material) -> list[Table]:
         grasping(results, published, material.config),
         grasp_objects(results, material.config),
         grasp_studies(results, material.config),
+        agent_grasping(results, published, material.config),
+        agent_sight(results),
+        agent_failures(results),
         detectors(results),
     ]
     return [table for table in made if table.rows]

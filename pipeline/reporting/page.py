@@ -13,6 +13,7 @@ from PIL import Image
 
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.naming import ordered_robots, robot_title, solver_title
+from pipeline.reporting.outline import OUTLINE
 from pipeline.reporting.provenance import configurations, provenance_lines
 from pipeline.reporting.results import VIDEOS, Results
 from pipeline.reporting.table import Table
@@ -66,71 +67,6 @@ class Section:
     def empty(self) -> bool:
         """Whether there is nothing in it."""
         return not (self.tables or self.figures or self.media)
-
-
-# Anchor, title, lead, tables, figures, stages whose pictures belong there.
-OUTLINE: tuple[tuple[str, str, str, tuple[str, ...], tuple[str, ...], tuple[str, ...]], ...] = (
-    (
-        "paper",
-        "Against the paper",
-        "The paper's tables with this run beside them, in the paper's own metric.",
-        ("table2_numerical_comparison", "table3_neural_comparison"),
-        ("against_the_paper",),
-        (),
-    ),
-    (
-        "solvers",
-        "Who is precise, who is fast",
-        "The same poses for every solver; errors recomputed from the joints by Pinocchio.",
-        ("precision", "time", "neural_seeds", "paired_comparison"),
-        (
-            "success_against_tolerance",
-            "error_against_time",
-            "error_distributions",
-            "win_matrix",
-            "workspace_map",
-        ),
-        (),
-    ),
-    (
-        "training",
-        "Data, training and search",
-        "What the networks learned from, how they learned, and with which settings.",
-        (
-            "table1_hyperparameters",
-            "studies",
-            "tuned_against_table_one",
-            "datasets",
-            "training",
-        ),
-        ("training_curves",),
-        ("tune", "train"),
-    ),
-    (
-        "experiments",
-        "Experiments",
-        "Runs on demand: losses at equal steps, secondary goals, many solutions of one pose.",
-        ("losses", "constraints", "many_solutions"),
-        ("losses",),
-        ("sample",),
-    ),
-    (
-        "planning",
-        "Motion planning",
-        "Bezier curves in position, spherical interpolation in rotation, one batched query.",
-        ("planner", "planner_routes"),
-        ("planner_flips", "planner_times"),
-        ("plan",),
-    ),
-    (
-        "grasping",
-        "Grasping",
-        "Pick, lift and drop in a physics simulation; held by contact and friction alone.",
-        ("figure5_grasping", "grasp_success_by", "grasp_studies", "detector"),
-        ("grasp_outcomes", "grasp_places", "grasp_studies"),
-        ("grasp", "grasp_study", "detector"),
-    ),
-)
 
 
 def render(page: Page) -> str:

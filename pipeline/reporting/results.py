@@ -23,7 +23,7 @@ SEEDED = "seeded_by_"  # folders of rows that started from another solver's answ
 JOINT = re.compile(r"q\d+")
 STAGES = ("dataset", "tune", "train", "evaluate", "plan", "grasp")
 # Made on demand: nothing is missing where they did not run.
-EXPERIMENTS = ("sample", "grasp_study", "contest", "detector")
+EXPERIMENTS = ("sample", "grasp_study", "grasp_agent", "contest", "detector")
 
 
 @dataclass
@@ -43,6 +43,7 @@ class Results:
         plan: Raw rows of the planner benchmark, by robot.
         grasp: Trials, by robot.
         grasp_studies: Trials of the studies of grasps, by (robot, study).
+        grasp_agents: Trials with a camera or an agent, by (robot, setting).
         contest: Trainings of the best of a search and its rivals, by robot.
         detector: Raw rows on held-out pictures and the least score in use, by robot.
         media: Pictures and videos of a stage, by (stage, robot).
@@ -63,6 +64,7 @@ class Results:
     plan: dict[str, pd.DataFrame] = field(default_factory=dict)
     grasp: dict[str, pd.DataFrame] = field(default_factory=dict)
     grasp_studies: dict[tuple[str, str], pd.DataFrame] = field(default_factory=dict)
+    grasp_agents: dict[tuple[str, str], pd.DataFrame] = field(default_factory=dict)
     contest: dict[str, pd.DataFrame] = field(default_factory=dict)
     detector: dict[str, tuple[pd.DataFrame, float]] = field(default_factory=dict)
     media: dict[tuple[str, str], list[Path]] = field(default_factory=dict)
@@ -158,13 +160,6 @@ def _raw_rows(results: Results, path: Path) -> pd.DataFrame | None:
     return None if rows is None else rows.drop(columns=[c for c in rows if JOINT.fullmatch(str(c))])
 
 
-def _read_sample(results: Results, place: Path) -> None:
-    for path in _files(place, "*.parquet"):
-        rows = _try(results, path, read_table)
-        if rows is not None and len(rows):
-            results.sample[place.name, path.stem] = rows
-
-
 def _read_plan(results: Results, place: Path) -> None:
     frames = [_try(results, path, read_table) for path in _files(place, "*.parquet")]
     wanted = [frame for frame in frames if frame is not None and "pair" in frame.columns]
@@ -176,13 +171,6 @@ def _read_grasp(results: Results, place: Path) -> None:
     trials = _try(results, place / "trials.parquet", read_table)
     if trials is not None and len(trials):
         results.grasp[place.name] = trials
-
-
-def _read_grasp_study(results: Results, place: Path) -> None:
-    for path in _files(place, "*.parquet"):
-        rows = _try(results, path, read_table)
-        if rows is not None and len(rows):
-            results.grasp_studies[place.name, path.stem] = rows
 
 
 def _read_detector(results: Results, place: Path) -> None:
@@ -198,15 +186,32 @@ def _read_contest(results: Results, place: Path) -> None:
         results.contest[place.name] = rows
 
 
+def _read_each(
+    results: Results, place: Path, found: dict[tuple[str, str], Any], named: dict[str, Path]
+) -> None:
+    """Read tables that have rows, by the robot and their own name."""
+    for name, path in named.items():
+        rows = _try(results, path, read_table)
+        if rows is not None and len(rows):
+            found[place.name, name] = rows
+
+
+def _tables(place: Path) -> dict[str, Path]:
+    return {path.stem: path for path in _files(place, "*.parquet")}
+
+
 READERS: dict[str, Callable[[Results, Path], None]] = {
     "dataset": _read_dataset,
     "tune": _read_tune,
     "train": _read_train,
     "evaluate": _read_evaluate,
-    "sample": _read_sample,
+    "sample": lambda r, p: _read_each(r, p, r.sample, _tables(p)),
     "plan": _read_plan,
     "grasp": _read_grasp,
-    "grasp_study": _read_grasp_study,
+    "grasp_study": lambda r, p: _read_each(r, p, r.grasp_studies, _tables(p)),
+    "grasp_agent": lambda r, p: _read_each(
+        r, p, r.grasp_agents, {f.name: f / "trials.parquet" for f in _folders(p)}
+    ),
     "contest": _read_contest,
     "detector": _read_detector,
 }

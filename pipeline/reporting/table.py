@@ -15,6 +15,7 @@ from pipeline.data.files import write_text
 Cell = str | float | int | None
 MOST_DECIMALS, SMALLEST = 4, 1e-4  # mm, deg and ms: finer is noise to a reader; the CSV has it
 MADE_BY = "made by `python -m pipeline report` from the raw rows; do not edit"
+NOTHING = "–"  # what is not there
 TEX_SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}"}
 TEX_SYMBOLS = {"σ": r"$\sigma$", "Δ": r"$\Delta$", "µ": r"$\mu$", "–": "--", "±": r"$\pm$"}
 TEX_SYMBOLS |= {"≤": r"$\le$", "×": r"$\times$", "−": "$-$", "°": r"$^\circ$", "…": r"\dots{}"}
@@ -32,6 +33,7 @@ class Column:
         signed: Show a plus sign too: a difference.
         percent: Numbers are shares, shown in per cent with that many decimals.
         decimals: Decimals instead of significant digits.
+        link: Text is the path of a file, seen from the report; HTML links to it.
     """
 
     name: str
@@ -41,11 +43,12 @@ class Column:
     signed: bool = False
     percent: int | None = None
     decimals: int | None = None
+    link: bool = False
 
     def show(self, value: Cell) -> str:
         """Format a cell for people; what is not there is a dash."""
         if value is None or (isinstance(value, float) and math.isnan(value)):
-            return "–"
+            return NOTHING
         if isinstance(value, str | bool):
             return str(value)
         sign = "+" if self.signed else ""
@@ -147,7 +150,8 @@ class Table:
         lines, before = [], ""
         for row in self.shown():
             new = row[0] != before
-            cells = [html.escape(row[0]) if new else "", *(html.escape(c) for c in row[1:])]
+            cells = [_html(column, c) for column, c in zip(self.columns, row, strict=True)]
+            cells[0] = cells[0] if new else ""
             joined = "".join(
                 f'<td class="{c.css}">{text}</td>' for c, text in zip(typed, cells, strict=True)
             )
@@ -208,6 +212,14 @@ def significant(value: float, digits: int, signed: bool = False) -> str:
     magnitude = math.floor(math.log10(abs(value)))
     decimals = min(max(digits - 1 - magnitude, 0), MOST_DECIMALS)
     return f"{value:{sign},.{decimals}f}".replace("-", "−")
+
+
+def _html(column: Column, text: str) -> str:
+    """A cell in HTML: a link, or the text."""
+    escaped = html.escape(text)
+    if column.link and text != NOTHING:
+        return f'<a href="{escaped}">{html.escape(Path(text).name)}</a>'
+    return escaped
 
 
 def _absent(cell: Cell) -> bool:

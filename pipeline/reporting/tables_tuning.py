@@ -87,7 +87,7 @@ def studies(results: Results) -> Table:
         complete = trials[trials.state == "COMPLETE"]
         if complete.empty:
             continue
-        winner = complete.loc[complete.objective.idxmin()]
+        winner = complete.sort_values(["objective", "number"]).iloc[0]
         starts = complete[~complete.drawn] if "drawn" in complete else complete[:0]
         table.add(
             robot=robot_title(robot),

@@ -1,0 +1,75 @@
+"""The chapter of trials with a camera and an agent: five classes, failures linked to evidence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+from synthetic import PUBLISHED, report_config
+
+from pipeline.data.tables import write_table
+from pipeline.reporting.figures_agent_grasps import agent_outcomes
+from pipeline.reporting.published import read_published
+from pipeline.reporting.report import make_report
+from pipeline.reporting.results import read_results
+from pipeline.reporting.tables_agent_grasps import agent_failures, agent_grasping, agent_trials
+
+CLASSES = ["Success"] * 7 + ["Detection", "LLM", "Slipped"]
+
+
+def write_trials(folder: Path, robot: str, setting: str) -> None:
+    rows = [
+        {
+            "trial": number,
+            "robot": robot,
+            "object": ["pear", "orange"][number % 2],
+            "class": outcome,
+            "reason": "in the left bin" if outcome == "Success" else "<b>lost</b>",
+            "seen_as": "" if outcome == "Detection" else ["pear", "orange"][number % 2],
+            "sighting_error_mm": float("nan") if outcome == "Detection" else 3.0,
+            "picture": "" if outcome == "Success" else f"trial{number:03d}.png",
+            "transcript": f"row{number // 5:03d}.jsonl",
+        }
+        for number, outcome in enumerate(CLASSES)
+    ]
+    path = folder / "grasp_agent" / robot / setting / "trials.parquet"
+    write_table(path, pd.DataFrame(rows), {})
+
+
+def test_the_five_classes_stand_beside_the_papers(tmp_path: Path) -> None:
+    write_trials(tmp_path, "nicol", "camera-policy")
+    table = agent_grasping(read_results(tmp_path), read_published(PUBLISHED), report_config())
+    names = [column.name for column in table.columns]
+    rows = [dict(zip(names, row, strict=True)) for row in table.rows]
+    counts = {row["outcome"]: (row["count"], row["share_paper"]) for row in rows}
+    assert counts["Success"] == (7, 0.72)
+    assert counts["Detection"] == (1, 0.04)
+    assert counts["LLM"] == (1, 0.02)
+    assert counts["Not Grasped"] == (0, 0.07)
+    assert rows[0]["setting"] == "camera, embedded policy"
+
+
+def test_every_failure_is_linked_to_its_picture_and_transcript(tmp_path: Path) -> None:
+    write_trials(tmp_path, "nico", "camera-policy")
+    table = agent_failures(read_results(tmp_path))
+    assert len(table.rows) == 3
+    shown = table.to_html()
+    link = "grasp_agent/nico/camera-policy/evidence/trial008.png"
+    assert f'<a href="{link}">trial008.png</a>' in shown
+    assert "row001.jsonl</a>" in shown
+    assert "<b>lost" not in shown
+
+
+def test_the_report_has_the_chapter(tmp_path: Path) -> None:
+    for robot in ("nico", "nicol"):
+        write_trials(tmp_path, robot, "camera-policy")
+        write_trials(tmp_path, robot, "perfect-policy")
+    trials = agent_trials(read_results(tmp_path))
+    assert list(trials["nico"]) == ["camera, embedded policy", "places told, embedded policy"]
+    figure = agent_outcomes(trials, read_published(PUBLISHED), report_config())
+    assert len(figure.axes) == 2
+    paths = make_report(tmp_path, PUBLISHED, report_config())
+    page = paths.html.read_text(encoding="utf-8")
+    assert "Human in the loop" in page
+    assert (paths.figures / "human_in_the_loop_outcomes.png").exists()
+    assert "grasp_agent/nicol/camera-policy/evidence/trial007.png" in page
