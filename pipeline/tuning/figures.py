@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
@@ -35,7 +35,7 @@ DARK, BRIGHT = LOOKS[0].colour, LOOKS[1].colour
 DPI = 150
 FEWEST = 4  # complete trials, below which there is nothing to compare
 BEST_SHARE = 0.25  # of the trials, drawn above the others
-COLOURS = "viridis"
+COLOURS, ORDER_COLOURS = "viridis", "Blues"
 
 
 def write_figures(study: Study, folder: Path, robot: str) -> None:
@@ -120,16 +120,15 @@ def _slices(complete: list[FrozenTrial], title: str) -> Figure:
     """The objective over each parameter alone, the later a trial the darker."""
     names = _names(complete)
     figure, axes = panels(len(names), 2.3, 2.0, columns=4)
-    points = None
     for axis, name in zip(axes, names, strict=True):
         drew = [trial for trial in complete if name in trial.params]
-        points = axis.scatter(
+        axis.scatter(
             _places(drew, name),
             _objectives(drew),
             c=[trial.number for trial in drew],
             vmin=0,
             vmax=complete[-1].number,
-            cmap="Blues",
+            cmap=ORDER_COLOURS,
             edgecolors=SOFT,
             linewidths=0.4,
             s=18,
@@ -140,7 +139,8 @@ def _slices(complete: list[FrozenTrial], title: str) -> Figure:
     for axis in axes[::4]:
         axis.set_ylabel("objective")
     figure.suptitle(f"Search on {title}")
-    figure.colorbar(points, ax=axes, label="trial", fraction=0.02)
+    order = ScalarMappable(Normalize(0, complete[-1].number), ORDER_COLOURS)
+    figure.colorbar(order, ax=axes, label="trial", fraction=0.02)
     return figure
 
 

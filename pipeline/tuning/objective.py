@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import cast
 
 import torch
 from optuna import Trial
@@ -12,7 +13,7 @@ from torch import Tensor
 
 from pipeline.data.dataset import PoseSet
 from pipeline.errors import PipelineError
-from pipeline.learning.networks import build_network, parameter_count
+from pipeline.learning.networks import IkNetwork, build_network, parameter_count
 from pipeline.learning.objective import CycleObjective
 from pipeline.learning.trainer import Run, Trainer
 from pipeline.seeding import derive_seed
@@ -103,7 +104,8 @@ class Judge:
             return weights[0] * means[0] + weights[1] * means[1]
         fixed = replace(self.config.train, position_weight=weights[0], rotation_weight=weights[1])
         # Of a network with several hypotheses the best counts, best by these weights.
-        judged = CycleObjective(self.robot, trainer.network, fixed, trainer.device)
+        network = cast(IkNetwork, trainer.network)  # what `check_search` lets through
+        judged = CycleObjective(self.robot, network, fixed, trainer.device)
         value = 0.0
         for part in poses.split(JUDGED_AT_ONCE):
             losses = judged.validation_losses(part)

@@ -48,9 +48,10 @@ def configured(config: Config, values: Point) -> tuple[TrainConfig, ModelConfig]
         config: The run; ``tune`` says how long a trial trains.
         values: By key of train or model.
     """
+    tune = config.tune
     train, model = ({k: v for k, v in values.items() if k in vars(g)} for g in groups(config))
-    length = {"epochs": config.tune.epochs, "validations": config.tune.pruner.reports}
-    return replace(config.train, **train, **length), replace(config.model, **model)
+    timed = replace(config.train, epochs=tune.epochs, validations=tune.pruner.reports)
+    return replace(timed, **train), replace(config.model, **model)
 
 
 def groups(config: Config) -> tuple[TrainConfig, ModelConfig]:
