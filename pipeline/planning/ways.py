@@ -33,7 +33,7 @@ def ways(robot: Robot, asked: Array, ends: Ends, options: LmOptions) -> Iterator
 
     First come straight ways in the joints and ways that bend over the middle of the joints' ranges,
     as far as they are free of collisions, those first whose tip stays nearest to the path; then
-    such that bend over another configuration; then those with collisions.
+    such that bend over one or two other configurations; then those with collisions.
 
     Args:
         robot: The robot.
@@ -57,6 +57,8 @@ def ways(robot: Robot, asked: Array, ends: Ends, options: LmOptions) -> Iterator
     over = robot.sample(OVER, seed=OVER_SEED)
     for way in straight[:NEAREST, None]:
         yield from _free(robot, asked, _bent(way, over), colliding)
+    for way in straight[:: -(-len(straight) // NEAREST), None]:
+        yield from _free(robot, asked, _bent_twice(way, over, np.roll(over, 1, axis=0)), colliding)
     yield from (way for _, way in sorted(colliding, key=lambda pair: pair[0]))
 
 
@@ -68,6 +70,14 @@ def _bent(straight: Array, over: Array) -> Array:
     k = path_parameter(straight.shape[1])[:, None]
     middle = 0.5 * (straight[:, :1] + straight[:, -1:])
     return straight + 2.0 * k * (1.0 - k) * (over[:, None] - middle)
+
+
+def _bent_twice(straight: Array, first: Array, second: Array) -> Array:
+    """Bend a straight way (1, S, dof) towards pairs of configurations (W, dof), a cubic each."""
+    k = path_parameter(straight.shape[1])[:, None]
+    begin, end = straight[:, :1], straight[:, -1:]
+    inner = 3.0 * k * (1.0 - k) * ((1.0 - k) * first[:, None] + k * second[:, None])
+    return (1.0 - k) ** 3 * begin + inner + k**3 * end
 
 
 def _solutions(robot: Robot, pose: Array, given: Array | None, options: LmOptions) -> Array:
