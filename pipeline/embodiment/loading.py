@@ -56,6 +56,7 @@ def load_agent_series(
         agent=agents(config.agent, series.robot.name),
         facts={"perception": config.perception.source, "agent": config.agent.kind},
         folder=folder / EVIDENCE,
+        distractors=config.perception.perturbation.distractors,
     )
     return AgentSeries(experiment)
 

@@ -21,7 +21,9 @@ from pipeline.embodiment.verdict import Verdict, judge
 from pipeline.grasping.config import GraspConfig
 from pipeline.grasping.outcome import SUCCESS, Report, measures
 from pipeline.grasping.scene import Scene
-from pipeline.grasping.trial import required_scene
+from pipeline.grasping.trial import Setup, required_scene
+from pipeline.perception.distractors import lay_distractors
+from pipeline.seeding import derive_seed
 
 if TYPE_CHECKING:
     from baselines import Solver
@@ -42,6 +44,7 @@ class Experiment:
         agent: Begins a conversation, one a row.
         facts: What stands in every raw row beside the trial: perception and agent.
         folder: Where evidence is kept; None keeps none.
+        distractors: Things of no class on the table, which only a camera sees.
     """
 
     config: GraspConfig
@@ -53,6 +56,7 @@ class Experiment:
     agent: Callable[[], Agent]
     facts: dict[str, Any]
     folder: Path | None = None
+    distractors: int = 0
 
     @property
     def per_row(self) -> int:
@@ -75,6 +79,7 @@ class Experiment:
         scene_config = required_scene(config, self.robot.name)
         with Scene(self.robot, scene_config, config.engine, config.gui) as scene:
             things = Things(scene, config, setups)
+            self._distract(scene, setups, number)
             if watch is not None:
                 watch(scene)
             scene.wait(config.engine.settle_s)
@@ -98,6 +103,14 @@ class Experiment:
             self._raw_row(thing, verdict) | files | shared
             for thing, verdict, files in zip(things.all, verdicts, kept, strict=True)
         ]
+
+    def _distract(self, scene: Scene, setups: list[Setup], number: int) -> None:
+        """Lay what is of no class, where it hides nothing; another place in every row."""
+        draw = np.random.default_rng(
+            derive_seed(self.seed, "grasp", self.robot.name, "distractors", number)
+        )
+        places = [each.place for each in setups]
+        lay_distractors(scene.client, scene.config, self.distractors, draw, places)
 
     def _raw_row(self, thing: Thing, verdict: Verdict) -> dict[str, Any]:
         """What was laid where, the class and its reason, what was seen, errors, contacts."""

@@ -14,6 +14,7 @@ DETECTION, LANGUAGE = "Detection", "LLM"  # classes of the paper that need perce
 CLASSES = (SUCCESS, SLIPPED, NOT_GRASPED, DETECTION, LANGUAGE)
 
 PUSHED_AWAY = 0.03  # m that a thing moved before the fingers closed, to be the reason of a failure
+FALLEN = 1.0  # m of such a way that only a fall from the table explains
 NOT_CLOSED = 0.02  # share of a finger joint's range below which the hand did not close at all
 
 
@@ -86,6 +87,8 @@ def classify(report: Report) -> tuple[str, str]:
         return NOT_GRASPED, report.stopped
     if report.closing_share < NOT_CLOSED:
         return NOT_GRASPED, "the hand did not close"
+    if report.pushed > FALLEN:
+        return NOT_GRASPED, "fell from the table before the fingers closed"
     if report.pushed > PUSHED_AWAY:
         return NOT_GRASPED, f"moved {1e3 * report.pushed:.0f} mm before the fingers closed"
     if report.touching and report.touching[0] == 0:

@@ -79,6 +79,7 @@ def test_the_tip_keeps_off_the_table_and_turns_with_the_place():
         (Report(lifted=True, stopped="there is no left bin"), SLIPPED, "no left bin"),
         (Report(stopped="out of reach: best tip error 90 mm"), NOT_GRASPED, "out of reach"),
         (Report(pushed=0.08, touching=[0, 0]), NOT_GRASPED, "moved 80 mm"),
+        (Report(pushed=9.0, touching=[0, 0]), NOT_GRASPED, "fell from the table"),
         (Report(pushed=0.0, touching=[0, 0]), NOT_GRASPED, "closed on nothing"),
         (Report(pushed=0.0, touching=[3, 0]), NOT_GRASPED, "left behind"),
     ],
