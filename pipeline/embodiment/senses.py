@@ -94,18 +94,9 @@ class Eyes:
         """
         self.camera, self.detector = camera, detector
         self._heights, self._margin = heights, margin
-        self._known: Scene | None = None
 
     def look(self, scene: Scene, things: Things) -> View:
-        """Take a picture and find the things in it, see `Senses.look`.
-
-        Where the things lie is used for nothing but to lay the distractors of the perturbation
-        beside them, at the first look at a scene.
-        """
-        if scene is not self._known:
-            self._known = scene
-            places = [things.position(each) for each in things.all]
-            self.camera.distract(scene.client, scene.config, [(p[0], p[1]) for p in places])
+        """Take a picture and find the things in it, see `Senses.look`; `things` is not used."""
         image = self.camera.picture(scene.client)
         sightings = see(image, self.detector, self.camera, self._heights)
         return View(image, outside_bins(sightings, scene.config, self._margin))

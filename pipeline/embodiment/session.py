@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pipeline.agent import Action, Agent, Turn
 from pipeline.embodiment.body import Body
 from pipeline.embodiment.senses import Senses, View
-from pipeline.embodiment.things import Thing, Things
+from pipeline.embodiment.things import Array, Thing, Things
 from pipeline.grasping.outcome import Deed, Report
 from pipeline.perception.detection import Sighting
 
@@ -27,6 +27,7 @@ class Event:
         offset: How far from its target's sighting the nearest thing lay [m].
         report: Of a grasp, what happened.
         lasted_s: How long it took [s].
+        places: Where all things really lay when it began, base frame [m], shape (N, 3).
     """
 
     time_s: float
@@ -38,6 +39,7 @@ class Event:
     offset: float = float("nan")
     report: Report | None = None
     lasted_s: float = 0.0
+    places: Array | None = None
 
 
 @dataclass
@@ -123,6 +125,7 @@ class Session:
             view, sighting = known, known.find(action.target)
         if sighting is None:
             return self._told(Event(now, action, Deed(False, "it is out of sight"), view=view))
+        places = self.things.positions()
         nearest, offset = self.things.nearest(sighting.position)
         thing = nearest if offset <= self._located else None
         if reason := self._refuse(action, thing):
@@ -133,7 +136,9 @@ class Session:
             deed = self.body.act(action.kind, place, name, judged.body)
             report = self.body.report if action.kind == "grasp" else None
         lasted = self.body.scene.time_s - now
-        return self._told(Event(now, action, deed, sighting, view, thing, offset, report, lasted))
+        return self._told(
+            Event(now, action, deed, sighting, view, thing, offset, report, lasted, places)
+        )
 
     def _told(self, event: Event) -> Event:
         """Tell the agent what an action came to."""

@@ -48,12 +48,16 @@ class Things:
         """Centre of a thing, base frame [m], shape (3,)."""
         return np.array(self._scene.client.getBasePositionAndOrientation(thing.body)[0])
 
+    def positions(self) -> Array:
+        """Centres of all things, base frame [m], shape (N, 3)."""
+        return np.array([self.position(each) for each in self.all])
+
     def nearest(self, place: ArrayLike) -> tuple[Thing, float]:
         """The thing whose centre is nearest to a place, and how far it is over the table [m]."""
         there = np.asarray(place, dtype=np.float64)[:2]
-        away = [float(np.linalg.norm(self.position(each)[:2] - there)) for each in self.all]
+        away = np.linalg.norm(self.positions()[:, :2] - there, axis=1)
         best = int(np.argmin(away))
-        return self.all[best], away[best]
+        return self.all[best], float(away[best])
 
     def named(self, name: str) -> Thing | None:
         """The first thing of a name."""

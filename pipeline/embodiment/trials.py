@@ -170,8 +170,8 @@ class Experiment:
         assert self.folder is not None
         event: Event | None = verdict.attempt
         view = course.view
-        if event is not None and event.view is not None:
-            view = event.view
+        if event is not None and event.view is not None and event.places is not None:
+            view, true = event.view, event.places
         drawn = draw_view(view, self.senses, [thing.name, verdict.seen_as], true)
         outcome = verdict.outcome.lower().replace(" ", "_")
         return save_picture(drawn, self.folder / f"trial{thing.setup.number:03d}_{outcome}.png")
