@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,12 +9,9 @@ import numpy as np
 import pybullet
 from numpy.typing import ArrayLike, NDArray
 
-from pipeline.grasping.config import SceneConfig
 from pipeline.perception.config import EyeConfig, PerturbationConfig
-from pipeline.perception.distractors import lay_distractors
 from pipeline.perception.errors import PerceptionError
 from pipeline.perception.pinhole import Pinhole
-from pipeline.seeding import derive_seed
 from robots.rotations import matrix_from_rpy
 from robots.urdf_writer import joint_motion
 
@@ -46,15 +42,15 @@ class EyeCamera:
         Args:
             robot: Its description has the mount and the lens.
             config: How the picture is rendered.
-            perturbation: Errors of mount and light; none if not given.
+            perturbation: Errors of mount and light; none if not given. Its distractors are laid
+                by whoever lays the things, see `lay_distractors`.
 
         Raises:
             PerceptionError: The robot has no camera, or it hangs on a joint of the chain.
         """
         self.believed = mounted(robot)
-        self.actual, self.config, self._distractors = self.believed, config, 0
+        self.actual, self.config = self.believed, config
         if perturbation is not None:
-            self._distractors = perturbation.distractors
             pose = self.believed.pose @ _offset(perturbation.shift, perturbation.tilt)
             self.actual = replace(self.believed, pose=pose)
             self.config = dimmed(config, perturbation.lighting)
@@ -69,23 +65,6 @@ class EyeCamera:
             Red, green, blue, shape (height, width, 3).
         """
         return take_picture(client, self.actual, self.config)[0]
-
-    def distract(
-        self, client: Any, scene: SceneConfig, places: Sequence[tuple[float, float]]
-    ) -> list[int]:
-        """Lay the distractors of the perturbation on the table, seen but touched by nothing.
-
-        Args:
-            client: PyBullet client.
-            scene: Action area and height of the table.
-            places: x and y of the things, base frame [m]; they fix where the distractors lie.
-
-        Returns:
-            PyBullet's numbers of the bodies.
-        """
-        named = [f"{x:.4f},{y:.4f}" for x, y in places]
-        draw = np.random.default_rng(derive_seed(0, "distractors", *named))
-        return lay_distractors(client, scene, self._distractors, draw, places)
 
     def project(self, pixels: ArrayLike, height: ArrayLike) -> Array:
         """Places of pixels (N, 2) on a level plane of a height [m], (N, 3), base frame.

@@ -1,17 +1,13 @@
-"""Distractors: where they lie, that nothing touches them, and that they come once a scene."""
+"""Distractors: where they lie, that nothing touches them, and that a draw fixes them."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from pipeline.config import compose
-from pipeline.embodiment.senses import Eyes
 from pipeline.perception.camera import EyeCamera
-from pipeline.perception.detection import Detection
 from pipeline.perception.distractors import BEYOND, CLEAR, lay_distractors
 from pipeline.perception.studio import Studio
 
@@ -48,33 +44,15 @@ def test_where_there_is_no_room_there_are_none(studio: Studio) -> None:
     assert lay_distractors(studio.scene.client, scene, 3, np.random.default_rng(0), grid) == []
 
 
-def test_eyes_see_them_from_their_first_look_at_a_scene_on(studio: Studio) -> None:
+def test_the_same_draw_lays_the_same_ones_and_the_camera_sees_them(studio: Studio) -> None:
     client, scene = studio.scene.client, studio.scene.config
-    wrong = replace(CONFIG.perception.perturbation, distractors=4)
-    camera = EyeCamera(studio.scene.robot, CONFIG.perception.eye, wrong)
-    seen: list[np.ndarray] = []
-
-    class Blind:
-        names = tuple(scene.objects)
-
-        def detect(self, image: np.ndarray) -> list[Detection]:
-            seen.append(image)
-            return []
-
-    eyes = Eyes(camera, Blind(), {}, 0.0)
-    things: Any = SimpleNamespace(all=[0], position=lambda _: np.array([0.3, -0.1, 0.6]))
-    plain, before = camera.picture(client), client.getNumBodies()
-    eyes.look(studio.scene, things)
-    eyes.look(studio.scene, things)
-    added = [client.getBodyUniqueId(i) for i in range(before, client.getNumBodies())]
-    try:
-        assert len(added) == 4
-        assert (seen[0] == seen[1]).all() and (seen[0] != plain).any()
-        first = places_of(client, added)
-    finally:
-        for body in added:
+    camera = EyeCamera(studio.scene.robot, CONFIG.perception.eye)
+    plain, places, pictures = camera.picture(client), [], []
+    for _ in range(2):
+        bodies = lay_distractors(client, scene, 4, np.random.default_rng(7))
+        places.append(places_of(client, bodies))
+        pictures.append(camera.picture(client))
+        for body in bodies:
             client.removeBody(body)
-    again = camera.distract(client, scene, [(0.3, -0.1)])
-    assert (places_of(client, again) == first).all()  # the things' places fix them
-    for body in again:
-        client.removeBody(body)
+    assert (places[0] == places[1]).all() and len(places[0]) == 4
+    assert (pictures[0] == pictures[1]).all() and (pictures[0] != plain).any()
