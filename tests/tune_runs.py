@@ -20,7 +20,7 @@ from optuna.trial import FrozenTrial, TrialState
 from pipeline.tuning.journal import WORKER
 from pipeline.tuning.study import ABANDONED
 
-DEADLINE_S = 240.0  # a first run compiles kernels
+DEADLINE_S = 600.0  # for a machine that has much else to do
 # Trials of some tenths of a second, so that a kill lands in the middle of one.
 TOY = [
     "robot=nico",
@@ -113,7 +113,7 @@ def check_total(folder: Path, total: int, cut_off: int) -> pd.DataFrame:
     assert len(finished) == total
     assert finished.objective.notna().all()
     assert cut_off - 1 <= len(lost) <= cut_off
-    assert (lost.reason == ABANDONED).all() if len(lost) else True
+    assert lost.empty or (lost.reason == ABANDONED).all()
     assert len(trials) == total + len(lost)  # none is running, none came too many
     assert trials.number.tolist() == list(range(len(trials)))  # none is lost, none is there twice
     drawn = trials[trials.drawn & trials.learning_rate.notna()]

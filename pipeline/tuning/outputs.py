@@ -21,7 +21,7 @@ from pipeline.settings import Config
 from pipeline.tuning.figures import write_figures
 from pipeline.tuning.journal import WORKER
 from pipeline.tuning.space import draw
-from pipeline.tuning.study import START, count
+from pipeline.tuning.study import ABANDONED, REASON, START, count
 
 MADE_BY = "# The best trial of `python -m pipeline tune`; `train.from=best` takes it.\n"
 PUBLISHED = ROOT / "results" / "published_results.csv"
@@ -99,6 +99,8 @@ def _like_table_one(study: Study, config: Config) -> Table:
 
 def _row(trial: FrozenTrial) -> dict[str, Any]:
     attributes = {k: v for k, v in trial.user_attrs.items() if k not in (WORKER, START)}
+    if trial.state == TrialState.FAIL:
+        attributes.setdefault(REASON, ABANDONED)  # Optuna fails those without a heartbeat mutely
     return {
         "number": trial.number,
         "state": trial.state.name,

@@ -78,15 +78,15 @@ def of_study(url: str, name: str) -> list[FrozenTrial]:
     return optuna.load_study(study_name=name, storage=storage).get_trials()
 
 
-def results(folder: Path) -> str:
-    place = f"results_dir={folder}"
-    run_stage("dataset", compose([*tune_runs.TOY[:5], place]))
-    return place
+def results(folder: Path, seed: int = 0) -> list[str]:
+    overrides = [f"results_dir={folder}", f"seed={seed}"]
+    run_stage("dataset", compose([*tune_runs.TOY[:5], *overrides]))
+    return overrides
 
 
 def test_four_workers_of_a_server_two_of_them_killed(server: str, tmp_path: Path) -> None:
     keys = [f"tune.storage='{server}'", "tune.heartbeat_s=2", f"tune.trials={TOTAL}"]
-    search = start(results(tmp_path), *keys, "tune.workers=4")
+    search = start(*results(tmp_path), *keys, "tune.workers=4")
     generator = random.Random()
     storage = optuna.storages.RDBStorage(server)
 
@@ -98,14 +98,14 @@ def test_four_workers_of_a_server_two_of_them_killed(server: str, tmp_path: Path
         kill_a_worker(look, generator, done, spared=search.pid)
     log = ended(search)
     assert log.count("worker process died") == 2, log
-    assert f"optuna-dashboard '{server}'" in log
+    assert "optuna-dashboard 'postgresql://" in log
     check_total(tmp_path, TOTAL, cut_off=2)
 
 
 def test_two_machines_start_one_study_at_the_same_moment(server: str, tmp_path: Path) -> None:
     """Each with a results folder of its own: nothing but the server is shared."""
-    keys = [f"tune.storage='{server}'", "tune.trials=8", "seed=1"]
-    both = [start(results(tmp_path / name), *keys) for name in ("a", "b")]
+    keys = [f"tune.storage='{server}'", "tune.trials=8"]
+    both = [start(*results(tmp_path / name, seed=1), *keys) for name in ("a", "b")]
     for search in both:
         ended(search)
     tables = [check_total(tmp_path / name, 8, cut_off=0) for name in ("a", "b")]
