@@ -35,13 +35,7 @@ class Processes:
 
     def submit(self, call: Call[Any, Any], batches: Sequence[list[Any]]) -> list[Future[Any]]:
         """Hand each task to a worker that waits, or to a new one."""
-        futures = []
-        for (task,) in batches:
-            worker = self._idle.pop() if self._idle else _Worker()
-            future = worker.pool.submit(call, task)
-            self._busy[future] = worker
-            futures.append(future)
-        return futures
+        return [self._begin(call, task) for (task,) in batches]
 
     def ended(self, handles: Collection[Future[Any]]) -> Collection[Future[Any]]:
         """Wait for the first tasks that end."""
@@ -66,6 +60,17 @@ class Processes:
             self._busy.pop(future).end()
         for worker in self._idle:
             worker.stop()
+
+    def _begin(self, call: Call[Any, Any], task: Any) -> Future[Any]:
+        while self._idle:
+            with suppress(BrokenProcessPool):  # killed while it waited: nothing is lost with it
+                return self._hand(self._idle.pop(), call, task)
+        return self._hand(_Worker(), call, task)
+
+    def _hand(self, worker: _Worker, call: Call[Any, Any], task: Any) -> Future[Any]:
+        future = worker.pool.submit(call, task)
+        self._busy[future] = worker
+        return future
 
 
 class _Worker:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -96,6 +97,21 @@ def test_a_killed_process_loses_its_own_task_only(tmp_path: Path) -> None:
     with pytest.raises(EngineError, match=r"1 of 5 tasks .* \(number 1\): .*killed.* is kept"):
         run_tasks(where, engine_tasks.die_at_one, range(5), kept.__setitem__)
     assert sorted(kept) == [0, 2, 3, 4]
+
+
+def test_a_worker_that_is_killed_while_it_waits_is_replaced(tmp_path: Path) -> None:
+    where = replace(engine(PROCESSES, tmp_path), workers=2)
+    processes: list[int] = []
+
+    def kill(_: int, process: int) -> None:
+        if not processes:
+            os.kill(process, signal.SIGKILL)
+            time.sleep(0.5)  # until its pool has noticed
+        processes.append(process)
+
+    run_tasks(where, engine_tasks.process, range(4), kill)
+    assert len(processes) == 4
+    assert processes.count(processes[0]) == 1
 
 
 @needs_joblib
