@@ -118,7 +118,8 @@ class Agent:
         self._transcript.add("assistant", turn.reply, turn.actions, turn.problem)
         if turn.reply:
             kept = turn.reply[: self._config.longest_reply]
-            self._past += [message, Message("assistant", kept)]
+            sendable = kept.encode(errors="replace").decode()  # without half a surrogate pair
+            self._past += [message, Message("assistant", sendable)]
         return turn
 
     def _answer(self, message: Message, labels: dict[str, Seen]) -> Turn:

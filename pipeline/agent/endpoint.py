@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import threading
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -88,30 +89,37 @@ class Endpoint:
         second would never be late; the thread is what makes the deadline hold.
         """
         answer: list[bytes | AgentError] = []
+        over = time.monotonic() + self._config.deadline_s
 
         def work() -> None:
             try:
-                answer.append(self._fetch(request))
+                answer.append(self._fetch(request, over))
             except Exception as error:  # whatever the line does costs a turn, never the run
                 answer.append(_as_model_error(error, self._config.timeout_s))
 
-        thread = threading.Thread(target=work, daemon=True)
+        thread = threading.Thread(target=work, name="endpoint", daemon=True)
         thread.start()
         thread.join(self._config.deadline_s)
         if not answer:
-            raise ModelError(Reason.TIMEOUT, f"no answer within {self._config.deadline_s:g} s")
+            raise self._late()
         if isinstance(answer[0], AgentError):
             raise answer[0]
         return answer[0]
 
-    def _fetch(self, request: dict[str, Any]) -> bytes:
+    def _fetch(self, request: dict[str, Any], over: float) -> bytes:
+        """The answer's body; the line is let go when the time is over, as nobody waits any more."""
         body = b""
         with self._client.chat.completions.with_streaming_response.create(**request) as response:
             for chunk in response.iter_bytes():
                 body += chunk
                 if len(body) > LARGEST:
                     raise ModelError(Reason.BAD_ANSWER, f"an answer of more than {LARGEST} bytes")
+                if time.monotonic() > over:
+                    raise self._late()
         return body
+
+    def _late(self) -> ModelError:
+        return ModelError(Reason.TIMEOUT, f"no answer within {self._config.deadline_s:g} s")
 
 
 def _reply_of(body: bytes) -> str:

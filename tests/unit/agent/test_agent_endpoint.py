@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import threading
 import time
 from copy import deepcopy
 from dataclasses import replace
@@ -103,6 +104,22 @@ def test_each_personality_costs_a_turn_at_most(agent, server, personality, caplo
     assert physical == ([GRASP] if personality in ("well_behaved", "tools") else [])
     assert KEY not in json.dumps(agent.transcript)
     assert KEY not in caplog.text
+
+
+def test_a_line_that_drips_is_let_go_when_the_time_is_over(agent, server, scene):
+    server.personality, server.delay_s = "dripping", 30.0
+    assert agent.instruct("grasp the banana", scene).reason == "timeout"
+    deadline = time.monotonic() + 2.0
+    while any(thread.name == "endpoint" for thread in threading.enumerate()):
+        assert time.monotonic() < deadline, "somebody still reads"
+        time.sleep(0.05)
+
+
+def test_half_a_surrogate_pair_does_not_spoil_the_next_turn(agent, server, scene, monkeypatch):
+    server.personality = "well_behaved"
+    monkeypatch.setattr(server, "_completion", lambda who, body: _says("well \ud800 <done/>"))
+    for _ in range(2):
+        assert agent.instruct("grasp the banana", scene).actions[-1] == Action("done")
 
 
 def test_what_is_sent(agent, server, scene):
