@@ -7,10 +7,18 @@ from urllib.parse import urlsplit
 
 from omegaconf import MISSING
 
-from pipeline.agent.action import FACES, KINDS
+from pipeline.agent.action import FACES, KINDS, PLACES
+from pipeline.agent.intents import EXTREMES, MIDDLE, ORDERS
 from pipeline.checks import at_least, one_of, positive, within
 
 AGENTS = ("none", "policy", "endpoint")
+MEANINGS = {  # what phrases of the vocabulary may mean, by its key
+    "verbs": tuple(kind for kind in KINDS if kind != "done"),
+    "selectors": (*EXTREMES, MIDDLE),
+    "orders": tuple(ORDERS),
+    "faces": FACES,
+    "places": PLACES,
+}
 
 
 @dataclass
@@ -70,11 +78,11 @@ class VocabularyConfig:
     idle: list[str] = MISSING
 
     def __post_init__(self) -> None:
-        """Refuse verbs for actions that there are not."""
-        for kind in self.verbs if isinstance(self.verbs, dict) else ():
-            one_of("agent.vocabulary.verbs", kind, KINDS)
-        for face in self.faces if isinstance(self.faces, dict) else ():
-            one_of("agent.vocabulary.faces", face, FACES)
+        """Refuse words for what there is not."""
+        for key, meanings in MEANINGS.items():
+            told = getattr(self, key)
+            for meaning in told if isinstance(told, dict) else ():
+                one_of(f"agent.vocabulary.{key}", meaning, meanings)
 
 
 @dataclass

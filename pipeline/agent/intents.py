@@ -12,6 +12,9 @@ ORDERS: dict[str, Callable[[Seen], float]] = {
     "right_to_left": lambda seen: seen.position[1],
     "near_to_far": lambda seen: seen.position[0],
 }
+# Which coordinate tells the object of a selector, and its sign: the least one is meant.
+EXTREMES = {"leftmost": (1, -1), "rightmost": (1, 1), "nearest": (0, 1), "farthest": (0, -1)}
+MIDDLE = "middle"
 
 
 @dataclass(frozen=True)
@@ -46,15 +49,10 @@ def spoken(name: str) -> str:
 
 def pick(selector: str, seen: Sequence[Seen]) -> str:
     """Return the name of the object at a place: leftmost, rightmost, nearest, farthest, middle."""
-    if selector == "middle":
+    if selector == MIDDLE:
         ranked = sorted(seen, key=lambda each: each.position[1])
         return ranked[len(ranked) // 2].name
-    x_or_y, sign = {
-        "leftmost": (1, -1),
-        "rightmost": (1, 1),
-        "nearest": (0, 1),
-        "farthest": (0, -1),
-    }[selector]
+    x_or_y, sign = EXTREMES[selector]
     return min(seen, key=lambda each: sign * each.position[x_or_y]).name
 
 

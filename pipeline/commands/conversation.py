@@ -52,7 +52,9 @@ def converse(config: Config, robot: Robot) -> None:
             robot.name.upper(),
             _transcript(config),
             lambda text: print(text, flush=True),
-            lambda: load_recogniser(config.speech, config.agent.vocabulary, scene_config.objects),
+            lambda: load_recogniser(
+                config.speech, config.agent.vocabulary, scene_config.objects, [robot.name]
+            ),
             lambda: load_synthesiser(config.speech),
             lambda wav: record(config.speech.microphone, wav),
         )
@@ -67,9 +69,11 @@ def converse(config: Config, robot: Robot) -> None:
 
 
 def _ask() -> str:
-    """One line of the person's; the end of the input is a goodbye."""
+    """One line of the person's; the end of the input is a goodbye, what is no text is nothing."""
     try:
         return input(PROMPT)
+    except UnicodeDecodeError:
+        return ""
     except EOFError:
         print()
         return "quit"

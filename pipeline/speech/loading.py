@@ -17,7 +17,7 @@ def load_recogniser(
     config: SpeechConfig,
     vocabulary: VocabularyConfig,
     names: Iterable[str],
-    robots: Iterable[str] = ("nico", "nicol"),
+    robots: Iterable[str],
 ) -> Recogniser:
     """Return what turns speech to text.
 

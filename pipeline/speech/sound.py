@@ -13,6 +13,7 @@ from pipeline.data.files import replacing
 from pipeline.speech.errors import SpeechError
 
 LONGEST_S = 60.0  # of a file: an instruction takes seconds
+RATES = (4000, 384_000)  # Hz, of files: a resampling filter grows with the rate
 FULL_SCALE = 32767
 
 
@@ -20,7 +21,7 @@ def read_sound(wav: Path, rate: int) -> NDArray[np.float64]:
     """Return the samples of a WAV file as one channel.
 
     Args:
-        wav: 16-bit PCM of any rate, one or more channels, at most a minute.
+        wav: 16-bit PCM of a rate within `RATES`, one or more channels, at most a minute.
         rate: Samples a second that are wanted [Hz].
 
     Returns:
@@ -37,13 +38,14 @@ def read_sound(wav: Path, rate: int) -> NDArray[np.float64]:
                 stream.getframerate(),
             )
             frames = stream.getnframes()
-            if width != 2 or own <= 0 or frames / own > LONGEST_S:
+            if width != 2 or not RATES[0] <= own <= RATES[1] or frames / own > LONGEST_S:
                 raise SpeechError(
-                    f"{wav} must hold 16-bit samples of at most {LONGEST_S:g} s, "
-                    f"got {8 * width}-bit samples of {frames / max(own, 1):.1f} s"
+                    f"{wav} must hold 16-bit samples of at most {LONGEST_S:g} s at "
+                    f"{RATES[0]} to {RATES[1]} Hz, got {8 * width}-bit samples of "
+                    f"{frames / max(own, 1):.1f} s at {own} Hz"
                 )
             data = stream.readframes(frames)
-    except (OSError, EOFError, wave.Error) as error:
+    except (OSError, EOFError, ValueError, wave.Error) as error:  # a path may not hold a zero byte
         raise SpeechError(f"{wav} cannot be read as a WAV file ({error})") from error
     whole = len(data) // (2 * channels) * 2 * channels
     samples = np.frombuffer(data[:whole], dtype="<i2").reshape(-1, channels).mean(axis=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cache
 
 import pytest
@@ -181,3 +181,10 @@ def test_no_words_break_it(data):
     for view in (scene, []):
         turn = load_agent(whole_config(), "nicol").instruct(" ".join(words), view)
         assert turn.reason in ("", "loop", "too_long", "too_many_actions"), turn.problem
+
+
+@pytest.mark.parametrize("key", ["verbs", "selectors", "orders", "faces", "places"])
+def test_words_for_what_the_policy_cannot_do_are_refused(composed, key):
+    known = getattr(composed.vocabulary, key)
+    with pytest.raises(ValueError, match=rf"agent\.vocabulary\.{key} must be one of .*'done'"):
+        replace(composed.vocabulary, **{key: {**known, "done": ["finish"]}})

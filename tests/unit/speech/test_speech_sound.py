@@ -6,6 +6,7 @@ import shutil
 import sys
 import types
 import wave
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -64,6 +65,23 @@ def test_missing_long_and_eight_bit_files_are_refused(tmp_path):
         read_sound(tmp_path / "eight.wav", 16000)
 
 
+@pytest.mark.parametrize("rate", [1, 2**31 - 1])
+def test_rates_that_no_recording_has_are_refused(tmp_path, rate):
+    """A resampling filter for the greater one would take hundreds of gigabytes."""
+    path = tmp_path / "odd.wav"
+    write_sound(path, np.zeros(10), 16000)
+    content = bytearray(path.read_bytes())
+    content[24:28] = rate.to_bytes(4, "little")
+    path.write_bytes(content)
+    with pytest.raises(SpeechError, match=f"at {rate} Hz"):
+        read_sound(path, 16000)
+
+
+def test_a_path_that_cannot_be_is_refused():
+    with pytest.raises(SpeechError, match="cannot be read"):
+        read_sound(Path("a\0.wav"), 16000)
+
+
 def test_an_utterance_ends_with_silence_or_at_last():
     config = MicrophoneConfig(None, longest_s=3.0, silence_s=0.5, level=0.01)
     loud, quiet = np.full(int(BLOCK_S * RATE), 0.1), np.zeros(int(BLOCK_S * RATE))
@@ -84,7 +102,7 @@ def test_an_utterance_ends_with_silence_or_at_last():
 
 def test_what_is_missing_is_said(composed, monkeypatch, tmp_path):
     with pytest.raises(SpeechError, match="choose grammar"):
-        load_recogniser(composed.speech, composed.agent.vocabulary, ["banana"])
+        load_recogniser(composed.speech, composed.agent.vocabulary, ["banana"], ["nicol"])
     with pytest.raises(SpeechError, match="choose flite"):
         load_synthesiser(composed.speech)
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -99,7 +117,7 @@ def test_a_missing_package_is_said(composed, monkeypatch):
         monkeypatch.setitem(sys.modules, module, None)
     composed.speech.recogniser = "grammar"
     with pytest.raises(SpeechError, match=r"cycleik-bench\[speech\]"):
-        load_recogniser(composed.speech, composed.agent.vocabulary, ["banana"])
+        load_recogniser(composed.speech, composed.agent.vocabulary, ["banana"], ["nicol"])
     with pytest.raises(SpeechError, match=r"cycleik-bench\[whisper\]"):
         WhisperRecogniser(WhisperConfig("x", "en", "int8"))
 

@@ -19,6 +19,7 @@ if shutil.which("flite") is None:
     pytest.skip("the program flite is not installed", allow_module_level=True)
 
 NAMES = ("soup_can", "baseball", "banana", "pear", "orange")
+ROBOTS = ("nico", "nicol")
 PHRASINGS = {
     "grasp the banana": "grasp banana",
     "please pick up the soup can": "grasp soup_can",
@@ -45,7 +46,7 @@ def config():
 
 @pytest.fixture(scope="module")
 def recogniser(config):
-    return load_recogniser(config.speech, config.agent.vocabulary, NAMES)
+    return load_recogniser(config.speech, config.agent.vocabulary, NAMES, ROBOTS)
 
 
 @pytest.fixture(scope="module")
@@ -85,6 +86,6 @@ def test_no_speech_is_no_instruction(recogniser, tmp_path, sound):
 
 
 def test_objects_may_have_names_that_the_dictionary_lacks(config, recogniser):
-    odd = load_recogniser(config.speech, config.agent.vocabulary, ["banana", "qwxzt_gizmo"])
+    odd = load_recogniser(config.speech, config.agent.vocabulary, ["banana", "qwxzt_gizmo"], ROBOTS)
     assert odd.grammar.accepts("grasp the banana")
     assert not odd.grammar.accepts("grasp the qwxzt gizmo")
