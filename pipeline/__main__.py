@@ -15,7 +15,7 @@ Benchmark for neural inverse kinematics and neuro-robotic grasping.
 
 Stages, in the order they build on each other:
 {stages}
-  all        every stage above but sample for robots=[...], without DVC
+  all        every stage above but sample and contest, without DVC: robots=[...]
   benchmark  evaluate the numerical solvers on all robots, unattended: benchmark profile=paper
   chat       talk to a robot at its table, by text or by speech: chat robot=nicol
 

@@ -21,6 +21,7 @@ from pipeline.reporting.tables_agent_grasps import agent_trials
 from pipeline.reporting.tables_grasps import with_places
 
 MAPPED = "cycleik"  # the solver whose precision is shown over the workspace
+Planned = Iterator[tuple[str, str, Callable[[], Figure]]]  # name, caption, how to draw it
 
 
 def draw_figures(material: Material, folder: Path) -> list[Illustration]:
@@ -33,10 +34,17 @@ def draw_figures(material: Material, folder: Path) -> list[Illustration]:
     return illustrations
 
 
-def planned(material: Material) -> Iterator[tuple[str, str, Callable[[], Figure]]]:
+def planned(material: Material) -> Planned:
     """Yield name, caption and how to draw it for every figure that there are rows for."""
-    results, published, config = material.results, material.published, material.config
-    rows, summary, pairs = results.evaluate, material.summary, material.pairs
+    yield from _of_solvers(material)
+    yield from _of_trainings(material)
+    yield from _of_plans(material)
+    yield from _of_grasps(material)
+
+
+def _of_solvers(material: Material) -> Planned:
+    published, config = material.published, material.config
+    rows, summary, pairs = material.results.evaluate, material.summary, material.pairs
     if rows:
         yield (
             "against_the_paper",
@@ -74,6 +82,10 @@ def planned(material: Material) -> Iterator[tuple[str, str, Callable[[], Figure]
             "of the column.",
             lambda: comparison.win_matrix(pairs),
         )
+
+
+def _of_trainings(material: Material) -> Planned:
+    results = material.results
     if any(len(curve) for _, curve in results.train.values()):
         yield (
             "training_curves",
@@ -88,6 +100,10 @@ def planned(material: Material) -> Iterator[tuple[str, str, Callable[[], Figure]
             f"largest. {verdict(compared)}",
             lambda: losses_figure(compared),
         )
+
+
+def _of_plans(material: Material) -> Planned:
+    results = material.results
     if results.plan:
         yield (
             "planner_flips",
@@ -99,8 +115,12 @@ def planned(material: Material) -> Iterator[tuple[str, str, Callable[[], Figure]
         yield (
             "planner_times",
             "Time and largest tip error of every plan; the dashed line is the paper's 70 ms.",
-            lambda: plans.planner_times(results.plan, published),
+            lambda: plans.planner_times(results.plan, material.published),
         )
+
+
+def _of_grasps(material: Material) -> Planned:
+    results, published, config = material.results, material.published, material.config
     if results.grasp:
         yield (
             "grasp_outcomes",
