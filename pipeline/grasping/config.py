@@ -86,6 +86,7 @@ class TableConfig:
     centre: list[float] | None = None  # m
     size: list[float] | None = None  # m
     friction: float = MISSING
+    rolling_friction: float | None = None  # m
 
 
 @dataclass

@@ -171,7 +171,21 @@ class Scene:
         assert description is not None
         self.hand = Hand(self.client, self.body, joints, description, self.config.hand)
         self.hand.reset_open()
+        self._roughen_table()
         self.command(robot.home)
+
+    def _roughen_table(self) -> None:
+        """Where the table is part of the robot's description: a ball on it comes to rest again.
+
+        Bullet adds the products of each body's rolling friction with the other's lateral one; with
+        none on the table's side a nudged ball rolls on for ever.
+        """
+        rolling = self.config.table.rolling_friction
+        if rolling is None:
+            return
+        for link in range(-1, self.client.getNumJoints(self.body)):
+            if link not in self.hand.links:
+                self.client.changeDynamics(self.body, link, rollingFriction=rolling)
 
     def _pose_body(self, joints: dict[str, int], efforts: dict[int, float]) -> None:
         """Start at home, the joints of the hand at the description's posture."""
