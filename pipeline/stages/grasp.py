@@ -68,14 +68,14 @@ def _embodied(config: Config, runner: AgentSeries) -> list[Path]:
     folder = artifacts(config).grasp_agent(config.robot.name, setting)
     facts = embodied_facts(config)
     kept = _Kept(config, runner.experiment, f"grasp-{setting}", facts, senses_identity(runner))
-    if not kept.path.exists():
-        shutil.rmtree(folder / EVIDENCE, ignore_errors=True)  # of an earlier run
     return _trials(config, runner, folder, kept)
 
 
 def _trials(config: Config, runner: Series | AgentSeries, folder: Path, made: _Kept) -> list[Path]:
     robot, facts = made.robot, made.facts
     with exclusive(folder):
+        if not made.path.exists():  # nothing to go on with: what lies here is of an earlier run
+            shutil.rmtree(folder / EVIDENCE, ignore_errors=True)
         kept = KeptRows(made.path, KEY)
         run_units(config, runner, kept)
         with _Progress(config.grasp.trials, f"grasp {robot.name}") as progress:
