@@ -33,6 +33,7 @@ from robots import Robot
 
 # Of a training step to a forward pass: forward, gradient by the inputs, gradient by the weights.
 PASSES = 3
+WARM_UP_PART = 10  # of a short schedule no more than this part is spent on warming up
 WARM_UP_STEPS, TIMED_STEPS, TIMED_S = 5, 20, 5.0
 BEST, DEFAULT, TABLE_ONE = "best", "default", "table_one"
 Keep = Callable[[pd.DataFrame], None]
@@ -139,7 +140,10 @@ def spend(train: TrainConfig, poses: float, available: int) -> TrainConfig:
     steps = max(1, round(poses / size))
     epochs = -(-steps * size // (available // size * size))
     per_epoch = max(1, round(steps / epochs))
-    return replace(train, epochs=epochs, poses=per_epoch * size, validations=1)
+    warm_up = min(train.warm_up_steps, steps // WARM_UP_PART)
+    return replace(
+        train, epochs=epochs, poses=per_epoch * size, validations=1, warm_up_steps=warm_up
+    )
 
 
 def _train(
