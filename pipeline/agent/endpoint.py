@@ -11,6 +11,7 @@ import os
 import threading
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -120,6 +121,17 @@ class Endpoint:
 
     def _late(self) -> ModelError:
         return ModelError(Reason.TIMEOUT, f"no answer within {self._config.deadline_s:g} s")
+
+
+def resolved(config: EndpointConfig) -> EndpointConfig:
+    """Return the settings with the model and the address that the environment tells.
+
+    Rows depend on these two as well, wherever they were told.
+    """
+    model = config.model or os.environ.get("OPENAI_MODEL")
+    return replace(
+        config, model=model, base_url=config.base_url or os.environ.get("OPENAI_BASE_URL")
+    )
 
 
 def _reply_of(body: bytes) -> str:

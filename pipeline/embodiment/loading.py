@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import torch
 
+from pipeline.agent.endpoint import resolved
 from pipeline.config import to_dict
 from pipeline.embodiment.senses import make_senses
 from pipeline.embodiment.series import AgentSeries
@@ -63,7 +65,10 @@ def load_agent_series(
 
 def embodied_facts(config: Config) -> dict[str, Any]:
     """Settings that the rows depend on beyond those of the grasps."""
-    return {"perception": to_dict(config.perception), "agent": to_dict(config.agent)}
+    agent = config.agent
+    if agent.kind == "endpoint":
+        agent = replace(agent, endpoint=resolved(agent.endpoint))
+    return {"perception": to_dict(config.perception), "agent": to_dict(agent)}
 
 
 def senses_identity(runner: AgentSeries) -> dict[str, Any]:

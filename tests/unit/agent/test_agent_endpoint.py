@@ -12,7 +12,7 @@ from dataclasses import replace
 import pytest
 
 from pipeline.agent import Action, Agent, seen_at
-from pipeline.agent.endpoint import Endpoint
+from pipeline.agent.endpoint import Endpoint, resolved
 from pipeline.agent.errors import SetupError
 from pipeline.agent.loading import load_agent
 from pipeline.agent.tools import tool_schema
@@ -197,6 +197,8 @@ def test_address_and_model_may_stand_in_the_environment(config, server, monkeypa
     monkeypatch.setenv("OPENAI_MODEL", "of-the-environment")
     config.endpoint.model = None
     assert Endpoint(config.endpoint).name == "of-the-environment"
+    told = resolved(config.endpoint)
+    assert (told.model, told.base_url) == ("of-the-environment", server.url)
     monkeypatch.setenv("OPENAI_BASE_URL", "file:///etc/passwd")
     with pytest.raises(SetupError, match="http"):
         Endpoint(config.endpoint)
