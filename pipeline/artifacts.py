@@ -68,7 +68,7 @@ class Artifacts:
         return self.root / "grasp" / robot
 
     def grasp_agent(self, robot: str, setting: str) -> Path:
-        """Folder of the grasp trials of a robot that sees or is spoken to, such as camera-policy."""
+        """Folder of the trials of a robot that sees or is spoken to, such as camera-policy."""
         return self.root / "grasp_agent" / robot / setting
 
     def chat(self, robot: str) -> Path:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -85,10 +86,13 @@ def run_jobs(
         places = workers_of(engine) if pinned or not one_machine(engine) else 1
         beside = min(places, usable_cores()) if one_machine(engine) else 1
         runs = [Run(tuple(command(job, beside)), logs / job.file_name, pinned) for job in chosen]
-        for number, outcome in try_tasks(replace(engine, workers=places), run_apart, runs, "bench"):
-            ended += 1
-            if not _tell(f"{ended} of {len(jobs)}: {chosen[number]}", outcome, runs[number].log):
-                failed.append(chosen[number])
+        tasks = try_tasks(replace(engine, workers=places), run_apart, runs, "bench")
+        with closing(tasks) as outcomes:
+            for number, outcome in outcomes:
+                ended += 1
+                what = f"{ended} of {len(jobs)}: {chosen[number]}"
+                if not _tell(what, outcome, runs[number].log):
+                    failed.append(chosen[number])
     return failed
 
 

@@ -12,9 +12,9 @@ from PIL import Image as Pillow
 from PIL import ImageDraw, ImageFont
 
 from pipeline.data.files import replacing
+from pipeline.evaluation.detections import FOUND
 from pipeline.perception.detection import Detection, Detector
 from pipeline.perception.pictures import Pictures
-from pipeline.perception.scores import FOUND
 from pipeline.reporting.style import LOOKS, legend_below, panels, save, styled
 
 Image = NDArray[np.uint8]

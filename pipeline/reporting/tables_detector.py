@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipeline.perception.scores import summary
+from pipeline.evaluation.detections import summary
 from pipeline.reporting.naming import ordered_robots, robot_title
 from pipeline.reporting.results import Results
 from pipeline.reporting.table import Column, Table

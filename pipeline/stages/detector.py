@@ -10,6 +10,7 @@ from pipeline.artifacts import exclusive
 from pipeline.config import to_dict
 from pipeline.data.files import write_json
 from pipeline.data.tables import write_table
+from pipeline.evaluation.detections import summary
 from pipeline.grasping.trial import required_scene
 from pipeline.learning.networks import parameter_count
 from pipeline.perception.camera import mounted
@@ -17,7 +18,6 @@ from pipeline.perception.embedded import EmbeddedDetector
 from pipeline.perception.figures import draw_detections, draw_errors
 from pipeline.perception.judging import judge
 from pipeline.perception.pictures import Chunk, Pictures, render_pictures
-from pipeline.perception.scores import summary
 from pipeline.perception.training import DetectorTrainer
 from pipeline.perception.weights import CARD, halved, save_detector
 from pipeline.progress import bar
@@ -86,7 +86,9 @@ def _facts(config: Config, robot: Robot) -> dict[str, Any]:
             to_dict(scene.area),
             {k: to_dict(v) for k, v in scene.bins.items()},
         ],
+        "names": list(scene.objects),  # their order is that of the classes
         "objects": {name: to_dict(config.grasp.objects[name]) for name in scene.objects},
+        "posture": [robot.home.tolist(), dict(scene.hand.preshape)],
         "camera": [mounted(robot).pose.tolist(), mounted(robot).focal],
         "urdf": robot.urdf_checksum,
     }

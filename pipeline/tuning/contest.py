@@ -25,7 +25,7 @@ from pipeline.learning.experts import Experts
 from pipeline.learning.networks import IkNetwork, build_network, parameter_count
 from pipeline.learning.trainer import Run, Trainer
 from pipeline.progress import LOGGER
-from pipeline.provenance import digest
+from pipeline.provenance import digest, machine
 from pipeline.seeding import derive_seed
 from pipeline.settings import Config, ModelConfig, TrainConfig
 from pipeline.tuning.best import read_best
@@ -102,17 +102,19 @@ def run_contest(
     """
     kept = read_table(path) if path.exists() else pd.DataFrame({"run": pd.Series(dtype=str)})
     rows: list[dict[str, Any]] = []
-    for repetition in range(config.tune.contest.repetitions):
-        for entrant in entrants:
-            run = _run_digest(config, entrant, repetition)
-            found = kept[kept.run == run].to_dict("records")
-            if found:
-                rows += [{str(key): value for key, value in found[0].items()}]
-                continue
-            rate = next((row["poses_per_s"] for row in rows if row["name"] == entrant.name), None)
-            made = _train(robot, config, entrant, sets, repetition, rate)
-            rows.append({"robot": robot.name, "name": entrant.name, "run": run, **made})
-            keep(pd.DataFrame(rows))
+    turns = [(number, who) for number in range(config.tune.contest.repetitions) for who in entrants]
+    runs = [_run_digest(robot, config, who, number) for number, who in turns]
+    for place, (repetition, entrant) in enumerate(turns):
+        run = runs[place]
+        found = kept[kept.run == run].to_dict("records")
+        if found:
+            rows += [{str(key): value for key, value in found[0].items()}]
+            continue
+        rate = next((row["poses_per_s"] for row in rows if row["name"] == entrant.name), None)
+        made = _train(robot, config, entrant, sets, repetition, rate)
+        rows.append({"robot": robot.name, "name": entrant.name, "run": run, **made})
+        later = kept[kept.run.isin(runs[place + 1 :])].to_dict("records")
+        keep(pd.DataFrame([*rows, *later]))
     return pd.DataFrame(rows)
 
 
@@ -214,7 +216,10 @@ def _poses_per_second(robot: Robot, entrant: Contestant, poses: PoseSet) -> floa
     return size * steps / (time.perf_counter() - began)
 
 
-def _run_digest(config: Config, entrant: Contestant, repetition: int) -> str:
-    budget = [config.tune.contest.currency, config.tune.contest.amount, config.seed, repetition]
-    sizes = [config.dataset.train, config.dataset.validation]
-    return digest([to_dict(entrant.train), to_dict(entrant.model), budget, sizes])
+def _run_digest(robot: Robot, config: Config, entrant: Contestant, repetition: int) -> str:
+    """Name a training; seconds are those of this machine."""
+    contest = config.tune.contest
+    budget = [contest.currency, contest.amount, config.seed, repetition]
+    place = machine() if contest.currency == "seconds" else {}
+    data = [config.dataset.train, config.dataset.validation, robot.urdf_checksum, place]
+    return digest([to_dict(entrant.train), to_dict(entrant.model), budget, data])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -87,11 +87,13 @@ def search(job: Job, study: Study) -> None:
                 with threads_held(engine.cpus):
                     work(job)
                 continue
-            for number, outcome in try_tasks(engine, work, [job] * workers_of(engine), "tune"):
-                if outcome.lost:
-                    LOGGER.warning("worker %d of the study: %s", number, outcome.problem)
-                else:
-                    outcome.result()
+            # Closed when one of them gives up, so that none runs on beside what is written then.
+            with closing(try_tasks(engine, work, [job] * workers_of(engine), "tune")) as outcomes:
+                for number, outcome in outcomes:
+                    if outcome.lost:
+                        LOGGER.warning("worker %d of the study: %s", number, outcome.problem)
+                    else:
+                        outcome.result()
     if not is_over(count(study), config):
         raise EngineError(
             f"all workers died {ROUNDS} times: {count(study).finished} of {config.tune.trials} "

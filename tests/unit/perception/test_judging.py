@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pipeline.evaluation.detections import average_precision, summary
 from pipeline.perception.detection import Detection
 from pipeline.perception.judging import match
 from pipeline.perception.pinhole import Pinhole
-from pipeline.perception.scores import average_precision, summary
 from pipeline.perception.studio import Label
 
 # One metre above the table, looking straight down: 500 pixels are a metre.

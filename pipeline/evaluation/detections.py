@@ -48,7 +48,7 @@ def average_precision(rows: pd.DataFrame) -> float:
 
 
 def _figures(rows: pd.DataFrame, threshold: float) -> dict[str, Any]:
-    sure = rows[rows.score >= threshold]
+    sure = rows[(rows.kind != MISSED) & (rows.score >= threshold)]
     found = sure[sure.kind == FOUND]
     things = int((rows.kind != FALSE).sum())
     errors = 1e3 * found.error_m.to_numpy(dtype=float)
