@@ -77,7 +77,7 @@ def test_from_is_a_key_although_python_reserves_the_word() -> None:
         ("plan.pairs=0", ["plan.pairs"]),
         ("tune.space.hidden.low=9", ["low", "high"]),
         ("tune.space.learning_rate.low=0", ["log: true", "greater than 0"]),
-        ("tune.space.learning_rate.step=0.1", ["log: true", "0.1"]),
+        ("tune.space.learning_rate.step=0.1", ["no key", "step", "log"]),
         ("tune.space.learning_rate.kind=choice", ["choices"]),
         ("tune.space.hidden.kind=int", ["tune.space.hidden", "layers"]),
         ("tune.storage=mysql://host/db", ["journal", "postgresql://"]),
