@@ -24,7 +24,7 @@ from matplotlib.axes import Axes
 from scaling import WORKS, Model, Times, Work, fitted
 
 from pipeline.config import compose
-from pipeline.reporting.style import LOOKS, logarithmic, panels, save, styled
+from pipeline.reporting.style import LOOKS, legend_below, logarithmic, panels, save, styled
 from pipeline.stages import run_stage
 from pipeline.tuning.space import draw
 from pipeline.tuning.storage import open_store
@@ -81,7 +81,8 @@ def figure(measured: dict[str, Times], models: list[Model], to: Path) -> None:
         seen.set_xticks(sorted({workers for times in measured.values() for workers, _ in times}))
         paper.set(xlabel="machines", ylabel="wall time [min]", title="published scale, on paper")
         _logarithmic(paper)
-        seen.legend()
+        seen.set_ylim(bottom=0)
+        legend_below(drawing, axes)
         save(drawing, to, "workers", DPI)
 
 
@@ -94,7 +95,9 @@ def main() -> None:
     """Measure, fit, print and draw."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])
-    parser.add_argument("--engine", nargs="+", default=["engine=local"], help="overrides")
+    parser.add_argument(
+        "--engine", nargs="+", default=["engine=local", "engine.cpus=1"], help="overrides"
+    )
     parser.add_argument("--size", type=float, default=1.0, help="of the work, times the usual")
     parser.add_argument("--only", nargs="+", choices=[work.stage for work in WORKS])
     parser.add_argument("--figure", type=Path, help="folder that workers.png and .pdf go to")
