@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Iterable
-from typing import Any, TypeVar
+from typing import Any
 
 from tqdm import tqdm
 
-Item = TypeVar("Item")
 LOGGER = logging.getLogger("cycleik_bench")
 _hidden = False
 
@@ -43,11 +41,3 @@ def bar(total: int, unit: str, description: str, initial: int = 0) -> Any:
         dynamic_ncols=True,
         disable=_hidden,
     )
-
-
-def track(items: Iterable[Item], total: int, unit: str, description: str) -> Iterable[Item]:
-    """Yield ``items`` and show how far they are."""
-    with bar(total, unit, description) as shown:
-        for item in items:
-            yield item
-            shown.update()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import pybullet
 import pytest
+from pybullet_utils.bullet_client import BulletClient
 
 from pipeline.grasping import scene as scene_module
 
@@ -34,6 +36,16 @@ def guard(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
 
         monkeypatch.setattr(pybullet, name, call)
 
+    of_client = BulletClient.__getattr__
+
+    def bound(self: BulletClient, name: str) -> Any:
+        # A BulletClient binds its own number to PyBullet's builtins only, not to what stands in
+        # for them here: unbound, a call would go to whichever client is number 0.
+        found = of_client(self, name)
+        watched = name in (*FORBIDDEN, *LATE)
+        return partial(found, physicsClientId=self._client) if watched else found
+
+    monkeypatch.setattr(BulletClient, "__getattr__", bound)
     for name in FORBIDDEN:
         refuse(name, only_late=False)
     for name in LATE:

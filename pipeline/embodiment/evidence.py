@@ -7,16 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from pipeline.agent.transcript import write_transcript
 from pipeline.data.files import replacing
-from pipeline.embodiment.senses import Senses, View
+from pipeline.embodiment.senses import Eyes, Senses, View
 from pipeline.embodiment.session import Course, Event
 from pipeline.embodiment.things import Array
+from pipeline.perception.drawing import annotated, draw_cross
 
-SEEN, MEANT, TRUE = (30, 110, 220), (220, 40, 40), (20, 150, 60)  # colours of boxes and of crosses
-LETTERS = 13  # pixels
+SEEN, MEANT, TRUE = "#1e6edc", "#dc2828", "#14963c"  # colours of boxes and of crosses
 CROSS = 6  # pixels from its middle to an end
 
 
@@ -34,22 +34,13 @@ def draw_view(view: View, senses: Senses, names: Sequence[str], true: Array) -> 
     """
     if view.image is None:
         return None
-    picture = Image.fromarray(view.image)
-    draw = ImageDraw.Draw(picture)
-    font = ImageFont.load_default(LETTERS)
-    for each in view.sightings:
-        colour = MEANT if each.name in names else SEEN
-        draw.rectangle(each.detection.box, outline=colour, width=2)
-        u, v = each.detection.centroid
-        draw.ellipse((u - 3, v - 3, u + 3, v + 3), outline=colour, width=2)
-        x0, y0 = each.detection.box[:2]
-        text = f"{each.name} {each.score:.2f}"
-        draw.text((x0, max(y0 - LETTERS - 3, 0)), text, font=font, fill=colour)
-    camera = getattr(senses, "camera", None)
-    if camera is not None and len(true):
-        for u, v in camera.pixels_of(true):
-            draw.line((u - CROSS, v, u + CROSS, v), fill=TRUE, width=2)
-            draw.line((u, v - CROSS, u, v + CROSS), fill=TRUE, width=2)
+    found = [each.detection for each in view.sightings]
+    drawn = annotated(view.image, found, lambda name: MEANT if name in names else SEEN)
+    picture = Image.fromarray(drawn)
+    if isinstance(senses, Eyes):
+        canvas = ImageDraw.Draw(picture)
+        for centre in senses.camera.pixels_of(true):
+            draw_cross(canvas, centre, CROSS, TRUE, 2)
     return picture
 
 

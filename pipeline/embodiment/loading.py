@@ -6,15 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import torch
-
 from pipeline.agent.endpoint import resolved
 from pipeline.config import to_dict
-from pipeline.embodiment.senses import make_senses
+from pipeline.embodiment.senses import Eyes, make_senses
 from pipeline.embodiment.series import AgentSeries
 from pipeline.embodiment.trials import Experiment
 from pipeline.embodiment.unspoken import agents
-from pipeline.evaluation.identity import network_checksum
+from pipeline.evaluation.identity import network_checksums
 from pipeline.grasping.series import Series
 from pipeline.perception.detection import Detector
 from pipeline.settings import Config
@@ -49,11 +47,7 @@ def load_agent_series(
     """
     senses = make_senses(config.perception, series.config, series.robot, detector)
     experiment = Experiment(
-        config=series.config,
-        robot=series.robot,
-        solver=series.solver,
-        repair=series.repair,
-        seed=series.seed,
+        series=series,
         senses=senses,
         agent=agents(config.agent, series.robot.name),
         facts={"perception": config.perception.source, "agent": config.agent.kind},
@@ -73,14 +67,7 @@ def embodied_facts(config: Config) -> dict[str, Any]:
 
 def senses_identity(runner: AgentSeries) -> dict[str, Any]:
     """What sees, beyond its settings: the checksum of its networks."""
-    detector = getattr(runner.experiment.senses, "detector", None)
-    networks = (
-        {
-            name: network_checksum(value)
-            for name, value in vars(detector).items()
-            if isinstance(value, torch.nn.Module)
-        }
-        if detector is not None
-        else {}
-    )
-    return {"detector": type(detector).__qualname__, **networks}
+    senses = runner.experiment.senses
+    if not isinstance(senses, Eyes):
+        return {}
+    return {"detector": type(senses.detector).__qualname__, **network_checksums(senses.detector)}

@@ -59,7 +59,7 @@ class AgentSeries:
         return self.experiment.row(number)[: len(self._trials_of_rows()[number])]
 
     def _trials_of_rows(self) -> dict[int, range]:
-        wanted, width = self.experiment.config.trials, self.experiment.per_row
+        wanted, width = self.experiment.series.config.trials, self.experiment.per_row
         starts = enumerate(range(0, wanted, width))
         return {number: range(start, min(start + width, wanted)) for number, start in starts}
 
@@ -75,7 +75,7 @@ class AgentSeries:
         if self.experiment.facts["agent"] not in REPEATABLE:
             return []
         attempted = rows[rows["order"] > 0]
-        wanted = filmed_trials(self.experiment.config.video, attempted)
+        wanted = filmed_trials(self.experiment.series.config.video, attempted)
         return [
             self._film_trial(row, folder)
             for row in attempted[attempted["trial"].isin(wanted)].to_dict("records")
@@ -83,7 +83,7 @@ class AgentSeries:
 
     def _film_trial(self, row: dict[Any, Any], folder: Path) -> Path:
         experiment, number = replace(self.experiment, folder=None), int(row["trial"])
-        recorder = Recorder(experiment.config.recording)
+        recorder = Recorder(experiment.series.config.recording)
         begin, end = float(row["began_s"]), float(row["began_s"] + row["simulated_s"])
         experiment.row(
             number // experiment.per_row, lambda scene: recorder.attach(scene, begin, end)

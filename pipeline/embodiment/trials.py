@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,16 +18,12 @@ from pipeline.embodiment.senses import Senses
 from pipeline.embodiment.session import Course, Event, Session
 from pipeline.embodiment.things import Array, Thing, Things
 from pipeline.embodiment.verdict import Verdict, judge
-from pipeline.grasping.config import GraspConfig
 from pipeline.grasping.outcome import SUCCESS, Report, measures
 from pipeline.grasping.scene import Scene
-from pipeline.grasping.trial import Setup, required_scene
+from pipeline.grasping.series import Series
+from pipeline.grasping.trial import Setup, conditions, required_scene
 from pipeline.perception.distractors import lay_distractors
 from pipeline.seeding import derive_seed
-
-if TYPE_CHECKING:
-    from baselines import Solver
-    from robots import Robot
 
 
 @dataclass(frozen=True)
@@ -35,11 +31,7 @@ class Experiment:
     """What all rows share.
 
     Attributes:
-        config: The experiment.
-        robot: The robot.
-        solver: Inverse kinematics of its motions.
-        repair: Solver that mends waypoints, or None.
-        seed: Root seed.
+        series: Configuration, robot, solvers and seed, as of trials without an agent.
         senses: How the table is seen.
         agent: Begins a conversation, one a row.
         facts: What stands in every raw row beside the trial: perception and agent.
@@ -47,11 +39,7 @@ class Experiment:
         distractors: Things of no class on the table, which only a camera sees.
     """
 
-    config: GraspConfig
-    robot: Robot
-    solver: Solver
-    repair: Solver | None
-    seed: int
+    series: Series
     senses: Senses
     agent: Callable[[], Agent]
     facts: dict[str, Any]
@@ -61,7 +49,7 @@ class Experiment:
     @property
     def per_row(self) -> int:
         """Trials of a row: one a thing."""
-        return len(required_scene(self.config, self.robot.name).objects)
+        return len(required_scene(self.series.config, self.series.robot.name).objects)
 
     def row(self, number: int, watch: Callable[[Scene], object] | None = None) -> list[dict]:
         """Run the row of a number, which with the seed fixes all of it but the agent's answers.
@@ -74,10 +62,9 @@ class Experiment:
             One raw row for each of its trials, in the order of their numbers.
         """
         begin = time.perf_counter()
-        config = self.config
-        setups = row_setup(config, self.robot.name, number, self.seed)
-        scene_config = required_scene(config, self.robot.name)
-        with Scene(self.robot, scene_config, config.engine, config.gui) as scene:
+        config, robot = self.series.config, self.series.robot
+        setups = row_setup(config, robot.name, number, self.series.seed)
+        with Scene(robot, required_scene(config, robot.name), config.engine, config.gui) as scene:
             things = Things(scene, config, setups)
             self._distract(scene, setups, number)
             if watch is not None:
@@ -85,11 +72,11 @@ class Experiment:
             scene.wait(config.engine.settle_s)
             at_first = {each.body: things.position(each) for each in things.all}
             agent = self.agent()
-            body = Body(scene, config, self.solver, self.repair)
+            body = Body(scene, config, self.series.solver, self.series.repair)
             session = Session(
                 agent, body, self.senses, things, config.protocol.located, _once_each()
             )
-            words = config.protocol.sentence.format(robot=self.robot.name.upper())
+            words = config.protocol.sentence.format(robot=robot.name.upper())
             course = session.instruct(words)
         shared = {
             "turns": len(course.turns),
@@ -107,30 +94,18 @@ class Experiment:
     def _distract(self, scene: Scene, setups: list[Setup], number: int) -> None:
         """Lay what is of no class, where it hides nothing; another place in every row."""
         draw = np.random.default_rng(
-            derive_seed(self.seed, "grasp", self.robot.name, "distractors", number)
+            derive_seed(self.series.seed, "grasp", self.series.robot.name, "distractors", number)
         )
         places = [each.place for each in setups]
         lay_distractors(scene.client, scene.config, self.distractors, draw, places)
 
     def _raw_row(self, thing: Thing, verdict: Verdict) -> dict[str, Any]:
         """What was laid where, the class and its reason, what was seen, errors, contacts."""
-        setup, config, attempt = thing.setup, self.config, verdict.attempt
+        each, setup, attempt = self.series, thing.setup, verdict.attempt
         report = attempt.report if attempt is not None else None
         return {
-            "trial": setup.number,
-            "robot": self.robot.name,
-            "solver": self.solver.name,
-            "seed": self.seed,
+            **conditions(each.config, setup, each.robot, each.solver, each.seed),
             **self.facts,
-            "object": setup.name,
-            "row": setup.row,
-            "x_m": setup.place[0],
-            "y_m": setup.place[1],
-            "yaw_rad": setup.yaw,
-            "tension_scale": config.tension_scale,
-            "friction_scale": config.friction_scale,
-            "rate_hz": config.engine.rate,
-            "iterations": config.engine.iterations,
             "class": verdict.outcome,
             "reason": verdict.reason,
             "seen_as": verdict.seen_as,
@@ -159,7 +134,7 @@ class Experiment:
         kept = []
         for thing, verdict in zip(things.all, verdicts, strict=True):
             picture = ""
-            wanted = self.config.protocol.evidence
+            wanted = self.series.config.protocol.evidence
             if wanted == "all" or (wanted == "failures" and verdict.outcome != SUCCESS):
                 picture = self._picture(thing, verdict, np.array([*at_first.values()]), course)
             kept.append({"transcript": transcript, "picture": picture})

@@ -30,11 +30,15 @@ def solver_identity(solver: Solver) -> dict[str, Any]:
     for name, value in sorted(vars(solver).items()):
         if value is None or isinstance(value, SIMPLE):
             facts[name] = value
-        elif isinstance(value, torch.nn.Module):
-            facts[name] = network_checksum(value)
         elif isinstance(value, Solver):
             facts[name] = solver_identity(value)
-    return facts
+    return facts | network_checksums(solver)
+
+
+def network_checksums(owner: object) -> dict[str, str]:
+    """Return the checksum of each network that is an attribute of a solver or a detector."""
+    values = sorted(vars(owner).items())
+    return {name: network_checksum(v) for name, v in values if isinstance(v, torch.nn.Module)}
 
 
 def network_checksum(network: torch.nn.Module) -> str:

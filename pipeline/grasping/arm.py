@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -164,3 +165,22 @@ class Arm:
         timing = self.config.timing
         limit = np.minimum(self.robot.velocity_limit, timing.fastest)
         return time_scale(waypoints, limit, speed, timing.rate)
+
+
+def first_in_reach(ways: Iterable[Reach], tolerance: float, what: str) -> Reach:
+    """Return the first of several ways that is in reach; later ones are not even tried.
+
+    Args:
+        ways: The best of each, tried as they are asked for.
+        tolerance: Largest tip error [m].
+        what: What is to be reached for, as the failure calls it.
+
+    Raises:
+        Stopped: None is.
+    """
+    nearest = np.inf
+    for way in ways:
+        if way.error <= tolerance:
+            return way
+        nearest = min(nearest, way.error)
+    raise Stopped(f"out of reach: best tip error of {what} {1e3 * nearest:.0f} mm")

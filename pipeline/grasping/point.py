@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from pipeline.grasping.arm import Arm, Stopped
+from pipeline.grasping.arm import Arm, Stopped, first_in_reach
 from pipeline.grasping.grip import Reach, choose, tip_rotation
 from pipeline.grasping.outcome import Deed
 
@@ -45,7 +47,7 @@ class Point:
         """Make the gesture and return how far the finger's line passes the thing's centre [m]."""
         arm, scene = self.arm, self.scene
         arm.get_ready()
-        chosen = self._choose(place)
+        chosen = first_in_reach(self._ways(place), arm.grip.tolerance, "a gesture")
         arm.swing(chosen.lifted)
         arm.move("lift", chosen.joints)
         scene.hand.close(self.point.stretched)
@@ -57,19 +59,15 @@ class Point:
         arm.go_home()
         return beside
 
-    def _choose(self, place: Array) -> Reach:
+    def _ways(self, place: Array) -> Iterator[Reach]:
+        """The best gesture, distance by distance."""
         arm, point = self.arm, self.point
-        nearest = np.inf
         for distance in point.distances:
             turns = np.array([(yaw, tilt) for yaw in point.yaws for tilt in point.tilts])
             poses = np.array([self._pose(place, distance, yaw, tilt) for yaw, tilt in turns])
             above = poses.copy()
             above[:, 2] += arm.grip.lift
-            chosen = choose(arm.robot, arm.solver, arm.grip, poses, above, turns, arm.target)
-            if chosen.error <= arm.grip.tolerance:
-                return chosen
-            nearest = min(nearest, chosen.error)
-        raise Stopped(f"out of reach: best tip error of a gesture {1e3 * nearest:.0f} mm")
+            yield choose(arm.robot, arm.solver, arm.grip, poses, above, turns, arm.target)
 
     def _pose(self, place: Array, distance: float, yaw: float, tilt: float) -> Array:
         """Pose of the tip at a distance from a place, its finger's axis through it."""

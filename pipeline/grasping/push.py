@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pipeline.grasping.arm import Arm, Stopped
+from pipeline.grasping.arm import Arm, Stopped, first_in_reach
 from pipeline.grasping.grip import Reach, choose, tip_rotation, tip_yaw
 from pipeline.grasping.outcome import Deed
 
@@ -42,7 +44,7 @@ class Push:
     def _push(self, place: Array) -> None:
         arm = self.arm
         arm.get_ready()
-        chosen = self._choose(place)
+        chosen = first_in_reach(self._ways(place), arm.grip.tolerance, "a push")
         self.scene.hand.close()
         self.scene.wait(self.scene.config.hand.close_s / 2)
         arm.move("approach", chosen.joints, chosen.joints)
@@ -54,10 +56,9 @@ class Push:
         arm.move("lift", raised)
         arm.go_home()
 
-    def _choose(self, place: Array) -> Reach:
-        """The first direction in which the whole push is in reach."""
+    def _ways(self, place: Array) -> Iterator[Reach]:
+        """The best pose to push from, direction by direction."""
         arm, push = self.arm, self.push
-        nearest = np.inf
         for direction in push.directions:
             angle = np.deg2rad(tip_yaw(self.scene.config, place) + direction)
             along = np.array([np.cos(angle), np.sin(angle), 0.0])
@@ -65,11 +66,7 @@ class Push:
             poses = np.array([self._pose(place, along, yaw, tilt) for yaw, tilt in turns])
             ends = poses.copy()
             ends[:, :3] += push.way * along
-            chosen = choose(arm.robot, arm.solver, arm.grip, poses, ends, turns, arm.target)
-            if chosen.error <= arm.grip.tolerance:
-                return chosen
-            nearest = min(nearest, chosen.error)
-        raise Stopped(f"out of reach: best tip error of a push {1e3 * nearest:.0f} mm")
+            yield choose(arm.robot, arm.solver, arm.grip, poses, ends, turns, arm.target)
 
     def _pose(self, place: Array, along: Array, yaw: float, tilt: float) -> Array:
         """Where the tip stands before the push: behind the thing, low over the table."""

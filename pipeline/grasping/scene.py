@@ -53,16 +53,11 @@ class Scene:
             raise GraspError(f"robot '{robot.name}' has no hand in its robot.yaml: it cannot grasp")
         self.robot, self.config, self.engine = robot, config, engine
         self.client: Any = _connect(gui)
-        self.client.setGravity(0.0, 0.0, -GRAVITY)
-        self.client.setPhysicsEngineParameter(
-            fixedTimeStep=1.0 / engine.rate,
-            numSolverIterations=engine.iterations,
-            deterministicOverlappingPairs=1,
-        )
-        make_table(self.client, config.table)
-        for box in config.bins.values():
-            make_bin(self.client, box)
-        self._load_robot()
+        try:
+            self._build()
+        except BaseException:
+            self.client.disconnect()
+            raise
         self.thing = -1
         self.time_s = 0.0
         self.on_step: Callable[[], None] | None = None
@@ -147,6 +142,18 @@ class Scene:
             if inside(box, position):
                 return name
         return None
+
+    def _build(self) -> None:
+        self.client.setGravity(0.0, 0.0, -GRAVITY)
+        self.client.setPhysicsEngineParameter(
+            fixedTimeStep=1.0 / self.engine.rate,
+            numSolverIterations=self.engine.iterations,
+            deterministicOverlappingPairs=1,
+        )
+        make_table(self.client, self.config.table)
+        for box in self.config.bins.values():
+            make_bin(self.client, box)
+        self._load_robot()
 
     def _load_robot(self) -> None:
         robot = self.robot

@@ -146,7 +146,22 @@ def run_trial(
         report = Grasp(Arm(scene, config, solver, repair)).run(believed)
         simulated = scene.time_s
     outcome, reason = classify(report)
-    row = {
+    return {
+        **conditions(config, setup, robot, solver, seed),
+        "position_error_mm": 1e3 * config.position_error,
+        "class": outcome,
+        "reason": reason,
+        **measures(report),
+        "simulated_s": simulated,
+        "wall_s": time.perf_counter() - begin,
+    }
+
+
+def conditions(
+    config: GraspConfig, setup: Setup, robot: Robot, solver: Solver, seed: int
+) -> dict[str, Any]:
+    """Columns of a raw row that say what was laid where, and by what it was to be grasped."""
+    return {
         "trial": setup.number,
         "robot": robot.name,
         "solver": solver.name,
@@ -156,19 +171,8 @@ def run_trial(
         "x_m": setup.place[0],
         "y_m": setup.place[1],
         "yaw_rad": setup.yaw,
-        "position_error_mm": 1e3 * config.position_error,
         "tension_scale": config.tension_scale,
         "friction_scale": config.friction_scale,
         "rate_hz": config.engine.rate,
         "iterations": config.engine.iterations,
-        "class": outcome,
-        "reason": reason,
     }
-    return (
-        row
-        | measures(report)
-        | {
-            "simulated_s": simulated,
-            "wall_s": time.perf_counter() - begin,
-        }
-    )

@@ -7,61 +7,27 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from PIL import Image as Pillow
-from PIL import ImageDraw, ImageFont
 
 from pipeline.data.files import replacing
 from pipeline.evaluation.detections import FOUND
-from pipeline.perception.detection import Detection, Detector
+from pipeline.perception.detection import Detector
+from pipeline.perception.drawing import annotated
 from pipeline.perception.pictures import Pictures
 from pipeline.reporting.style import LOOKS, legend_below, panels, save, styled
 
-Image = NDArray[np.uint8]
 COLUMNS = 4  # pictures side by side
 TILE = 400  # pixels, width of a picture in the sheet
 DPI = 150
 
 
-def annotated(
-    image: Image, detections: Sequence[Detection], names: Sequence[str], size: int = 13
-) -> Image:
-    """Draw detections into a picture: box, name, score, and a cross at the centroid.
-
-    Args:
-        image: Red, green, blue (height, width, 3).
-        detections: What was found.
-        names: Classes, each of which has a colour of its own.
-        size: Height of the letters [pixels].
-
-    Returns:
-        A new picture of the same shape.
-    """
-    picture = Pillow.fromarray(image)
-    canvas, font = ImageDraw.Draw(picture), ImageFont.load_default(size)
-    for found in detections:
-        colour = LOOKS[list(names).index(found.name) % len(LOOKS)].colour
-        x0, y0, x1, y1 = found.box
-        canvas.rectangle((x0 - 1, y0 - 1, x1 + 1, y1 + 1), outline="white")
-        canvas.rectangle((x0, y0, max(x1, x0), max(y1, y0)), outline=colour, width=2)
-        u, v = found.centroid
-        for shade, reach, width in (("white", 8, 3), (colour, 7, 1)):
-            canvas.line((u - reach, v, u + reach, v), fill=shade, width=width)
-            canvas.line((u, v - reach, u, v + reach), fill=shade, width=width)
-        text = f"{found.name.replace('_', ' ')} {found.score:.2f}"
-        top = y0 - size - 4 if y0 > size + 4 else y1 + 2
-        box = canvas.textbbox((x0, top), text, font=font)
-        canvas.rectangle((box[0] - 2, box[1] - 1, box[2] + 2, box[3] + 1), fill=colour)
-        canvas.text((x0, top), text, fill="white", font=font)
-    return np.asarray(picture)
-
-
 def draw_detections(path: Path, detector: Detector, pictures: Pictures, count: int) -> Path:
     """Draw a sheet of the first pictures of a set with what is found in them."""
+    colours = {name: LOOKS[k % len(LOOKS)].colour for k, name in enumerate(detector.names)}
     tiles = []
     for number in range(min(count, len(pictures))):
         image = np.asarray(pictures.images[number])
-        shown = annotated(image, detector.detect(image), detector.names)
+        shown = annotated(image, detector.detect(image), colours.__getitem__)
         height = round(TILE * image.shape[0] / image.shape[1])
         tiles.append(Pillow.fromarray(shown).resize((TILE, height), Pillow.Resampling.LANCZOS))
     rows = -(-len(tiles) // COLUMNS)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import pandas as pd
 
-from pipeline.evaluation.statistics import wilson_interval
 from pipeline.reporting.config import ReportConfig
-from pipeline.reporting.naming import OUTCOMES, ordered_robots, outcome_key, robot_title
+from pipeline.reporting.naming import OUTCOMES, ordered_robots, robot_title
 from pipeline.reporting.published import Published
 from pipeline.reporting.results import Results
 from pipeline.reporting.table import Cell, Column, Table
-from pipeline.reporting.tables_trials import PUBLISHED_TRIALS
+from pipeline.reporting.tables_trials import OUTCOME_COLUMNS, outcome_cells
 
 EVIDENCE = "evidence"  # folder beside the rows: transcripts and pictures
 SETTINGS = {"perfect": "places told", "camera": "camera"}
@@ -36,12 +35,7 @@ def agent_grasping(results: Results, published: Published, config: ReportConfig)
             Column("robot", "Robot"),
             Column("setting", "sees by, told by"),
             Column("outcome", "Outcome"),
-            Column("trials", "trials"),
-            Column("count", "count"),
-            Column("share", "ours", "share [%]", percent=1),
-            Column("share_low", "from", "share [%]", percent=1),
-            Column("share_high", "to", "share [%]", percent=1),
-            Column("share_paper", "paper", "share [%]", percent=0),
+            *OUTCOME_COLUMNS,
         ],
         notes=[
             "Detection: not seen where it lay, or taken for another object, and not grasped. LLM: "
@@ -50,21 +44,12 @@ def agent_grasping(results: Results, published: Published, config: ReportConfig)
     )
     for robot, setting in _ordered(results):
         trials = results.grasp_agents[robot, setting]
-        keys = trials["class"].map(outcome_key)
         for key, title in OUTCOMES.items():
-            paper = published.number("grasping", robot, "cycleik", key)
-            count = int((keys == key).sum())
-            share = wilson_interval(count, len(trials), config.confidence)
             table.add(
                 robot=robot_title(robot),
                 setting=setting_title(setting),
                 outcome=title,
-                trials=len(trials),
-                count=count,
-                share=share.estimate,
-                share_low=share.low,
-                share_high=share.high,
-                share_paper=None if paper is None else paper / PUBLISHED_TRIALS,
+                **outcome_cells(trials, published, config, robot, key),
             )
     return table
 

@@ -24,7 +24,6 @@ from pipeline.embodiment.loading import (
     setting_name,
 )
 from pipeline.embodiment.series import AgentSeries
-from pipeline.embodiment.trials import Experiment
 from pipeline.errors import ConfigError
 from pipeline.evaluation.identity import solver_identity
 from pipeline.grasping import ablation
@@ -67,8 +66,9 @@ def _embodied(config: Config, runner: AgentSeries) -> list[Path]:
     setting = setting_name(config)
     folder = artifacts(config).grasp_agent(config.robot.name, setting)
     facts = embodied_facts(config)
-    kept = _Kept(config, runner.experiment, f"grasp-{setting}", facts, senses_identity(runner))
-    return _trials(config, runner, folder, kept)
+    series, eyes = runner.experiment.series, senses_identity(runner)
+    made = _Kept(config, series, f"grasp-{setting}", facts, eyes)
+    return _trials(config, runner, folder, made)
 
 
 def _trials(config: Config, runner: Series | AgentSeries, folder: Path, made: _Kept) -> list[Path]:
@@ -115,7 +115,7 @@ class _Kept:
     def __init__(
         self,
         config: Config,
-        series: Series | Experiment,
+        series: Series,
         kind: str,
         more: Any = None,
         eyes: Any = None,

@@ -35,7 +35,7 @@ from robots import Robot
 PASSES = 3
 WARM_UP_PART = 10  # of a short schedule no more than this part is spent on warming up
 WARM_UP_STEPS, TIMED_STEPS, TIMED_S = 5, 20, 5.0
-BEST, DEFAULT, TABLE_ONE = "best", "default", "table_one"
+BEST, TABLE_ONE = "best", "table_one"
 Keep = Callable[[pd.DataFrame], None]
 
 
