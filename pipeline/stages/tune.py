@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 from pipeline import provenance
@@ -15,6 +16,7 @@ from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from pipeline.tuning.journal import fetch_journal, keep_journal
 from pipeline.tuning.objective import check_search
 from pipeline.tuning.outputs import write_outputs, write_trials
+from pipeline.tuning.storage import LOST, answered
 from pipeline.tuning.study import open_study, study_name
 from pipeline.tuning.worker import Job, search
 
@@ -39,17 +41,18 @@ def run(config: Config) -> list[Path]:
         fetch_journal(kept, growing, name)
         store = job.store()
     try:
-        study = open_study(store, config, digest)
-        LOGGER.info("watch the study with: optuna-dashboard '%s'", store.address)
-        try:
-            search(job, study)
-        except PipelineError:
+        with answered(store):
+            study = open_study(store, config, digest)
+            LOGGER.info("watch the study with: optuna-dashboard '%s'", store.address)
+            try:
+                search(job, study)
+            except PipelineError:
+                with exclusive(folder), suppress(*LOST):
+                    write_trials(study, folder)
+                raise
             with exclusive(folder):
-                write_trials(study, folder)
-            raise
-        with exclusive(folder):
-            write_outputs(study, folder, config)
-            keep_journal(store, kept)
+                write_outputs(study, folder, config)
+                keep_journal(store, kept)
     finally:
         store.close()
     return [folder]

@@ -16,15 +16,17 @@ from pathlib import Path
 from typing import Protocol
 
 from optuna import Study, Trial
-from optuna.exceptions import ExperimentalWarning
+from optuna.exceptions import ExperimentalWarning, StorageInternalError
 from optuna.storages import BaseStorage, fail_stale_trials
 from optuna.trial import FrozenTrial
+from sqlalchemy.exc import SQLAlchemyError
 
 from pipeline.errors import PipelineError
 from pipeline.tuning.journal import RUNNING, WORKER, JournalStore, Release, new_token
 
 MISSED = 3  # heartbeats, after which a worker counts as dead
 SCHEMA = "optuna schema"  # what is locked while the tables are made
+LOST = (SQLAlchemyError, StorageInternalError)  # what a server that has gone raises
 
 
 class Store(Protocol):
@@ -60,6 +62,22 @@ def open_store(storage: str, journal: Path, heartbeat_s: int) -> Store:
     return PostgresStore(storage, heartbeat_s)
 
 
+@contextmanager
+def answered(store: Store) -> Iterator[None]:
+    """Tell in one sentence of a server that goes away in the middle of a study.
+
+    Raises:
+        PipelineError: The storage no longer answers.
+    """
+    try:
+        yield
+    except LOST as error:
+        raise PipelineError(
+            f"tune.storage: {store.address} no longer answers ({_why(error)}); trials that had "
+            "ended are kept there, and the same command goes on with them"
+        ) from error
+
+
 class PostgresStore:
     """A PostgreSQL database that many machines share; Optuna's heartbeats tell who lives.
 
@@ -75,7 +93,6 @@ class PostgresStore:
         try:
             from optuna.storages import RDBStorage
             from sqlalchemy.engine import make_url
-            from sqlalchemy.exc import SQLAlchemyError
 
             self.url = url
             self.address = make_url(url).render_as_string(hide_password=True)
@@ -93,9 +110,10 @@ class PostgresStore:
                 f"tune.storage={url.split(':')[0]} needs the extra cluster: "
                 f"pip install '.[cluster]' ({error})"
             ) from error
-        except SQLAlchemyError as error:
-            reason = str(error).splitlines()[0]
-            raise PipelineError(f"tune.storage: cannot open {self.address}: {reason}") from error
+        except LOST as error:
+            raise PipelineError(
+                f"tune.storage: cannot open {self.address}: {_why(error)}"
+            ) from error
         self.token = new_token()
 
     @contextmanager
@@ -124,3 +142,10 @@ class PostgresStore:
     def close(self) -> None:
         """See `Store.close`."""
         self.storage.remove_session()
+
+
+def _why(error: BaseException) -> str:
+    """Return the first line of the innermost cause: Optuna's own says only that it failed."""
+    while error.__cause__ is not None:
+        error = error.__cause__
+    return (str(error).strip().splitlines() or [type(error).__name__])[0]

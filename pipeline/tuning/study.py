@@ -191,8 +191,10 @@ def _one(
         study.optimize(begin, n_trials=1, catch=FAULTS)
     except Exception:
         # This worker was taken for dead, so another has made up for its trial: Optuna, which cannot
-        # end a trial twice, raises whatever comes.
-        if not ended or study.get_trials(deepcopy=False)[ended[0]].state != TrialState.FAIL:
+        # end a trial twice, raises whatever comes. So it does where the server has gone: asked
+        # here, the storage says so itself.
+        trials = study.get_trials(deepcopy=False)
+        if not ended or trials[ended[0]].state != TrialState.FAIL:
             raise
         LOGGER.warning("trial %d came too late and does not count", ended[0])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from pipeline.engine.task import threads_held
 from pipeline.progress import LOGGER, bar
 from pipeline.settings import Config
 from pipeline.tuning.objective import Objective
-from pipeline.tuning.storage import Store, open_store
+from pipeline.tuning.storage import LOST, Store, answered, open_store
 from pipeline.tuning.study import count, is_over, open_study, run_trials
 from robots import load_robot
 
@@ -55,11 +55,12 @@ def work(job: Job) -> int:
     """
     store = job.store()
     try:
-        study = open_study(store, job.config, job.digest)
-        robot = load_robot(job.config.robot.name)
-        train, validation = (read_split(job.data, part, robot) for part in ("train", "validation"))
-        run_trials(store, study, Objective(robot, job.config, train, validation), job.config)
-        return count(study).finished
+        with answered(store):
+            study = open_study(store, job.config, job.digest)
+            robot = load_robot(job.config.robot.name)
+            parts = [read_split(job.data, part, robot) for part in ("train", "validation")]
+            run_trials(store, study, Objective(robot, job.config, *parts), job.config)
+            return count(study).finished
     finally:
         store.close()
 
@@ -110,8 +111,9 @@ def _shown(study: Study, config: Config) -> Iterator[None]:
     with bar(config.tune.trials, "trial", f"tune {config.robot.name}", first) as shown:
 
         def watch() -> None:
-            while not over.wait(BAR_S):
-                shown.update(count(study).finished - shown.n)
+            with suppress(*LOST):  # the search itself tells of it
+                while not over.wait(BAR_S):
+                    shown.update(count(study).finished - shown.n)
 
         watcher = threading.Thread(target=watch, daemon=True)
         watcher.start()
@@ -120,4 +122,5 @@ def _shown(study: Study, config: Config) -> Iterator[None]:
         finally:
             over.set()
             watcher.join()
-            shown.update(count(study).finished - shown.n)
+            with suppress(*LOST):
+                shown.update(count(study).finished - shown.n)

@@ -14,7 +14,9 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import optuna
@@ -40,9 +42,9 @@ def binary(name: str) -> str:
     return found
 
 
-@pytest.fixture(scope="module")
-def server() -> Iterator[str]:
-    """URL of an empty database of a server that lives as long as these tests."""
+@contextmanager
+def running_server() -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+    """URL of an empty database, and the server that holds it."""
     pytest.importorskip("psycopg", reason="the extra cluster is not installed")
     commands = [binary(name) for name in ("initdb", "postgres", "pg_isready", "createdb")]
     initdb, postgres, pg_isready, createdb = commands
@@ -66,11 +68,18 @@ def server() -> Iterator[str]:
                     break
                 subprocess.run(["sleep", "0.1"], check=True)
             subprocess.run([createdb, "-h", folder, "studies"], **quiet)
-            yield f"postgresql://{name}@/studies?host={folder}"
+            yield f"postgresql://{name}@/studies?host={folder}", running
         finally:
             running.send_signal(signal.SIGINT)  # what the server calls a fast shutdown
             running.wait(30)
             shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[str]:
+    """URL of a database of a server that lives as long as these tests."""
+    with running_server() as (url, _):
+        yield url
 
 
 def of_study(url: str, name: str) -> list[FrozenTrial]:
@@ -110,3 +119,22 @@ def test_two_machines_start_one_study_at_the_same_moment(server: str, tmp_path: 
         ended(search)
     tables = [check_total(tmp_path / name, 8, cut_off=0) for name in ("a", "b")]
     assert tables[0].equals(tables[1])
+
+
+def test_a_server_that_goes_away_is_told_in_one_sentence(tmp_path: Path) -> None:
+    with running_server() as (url, process):
+        storage = optuna.storages.RDBStorage(url)
+        search = start(*results(tmp_path, seed=2), f"tune.storage='{url}'", "tune.trials=500")
+        deadline = time.monotonic() + tune_runs.DEADLINE_S
+        while time.monotonic() < deadline:
+            names = optuna.get_all_study_names(storage)
+            if names and sum(trial.state.is_finished() for trial in of_study(url, names[0])) >= 2:
+                break
+            time.sleep(0.2)
+        storage.remove_session()
+        process.send_signal(signal.SIGINT)
+        _, log = search.communicate(timeout=tune_runs.DEADLINE_S)
+    text = log.decode(errors="replace")
+    assert search.returncode == 2, text
+    assert "no longer answers" in text
+    assert "Traceback" not in text
