@@ -36,8 +36,9 @@ def test_four_workers_two_of_them_killed_end_with_the_asked_total(
     total, generator = 12, random.Random()
     search = start(own_folder(poses, tmp_path), "tune.workers=4", f"tune.trials={total}")
     look = in_journal(tmp_path)
+    dead: list[int] = []
     for done in (1, 4):
-        kill_a_worker(look, generator, done, spared=search.pid)
+        dead.append(kill_a_worker(look, generator, done, spared=search.pid, dead=dead))
     log = ended(search)
     assert log.count("worker process died") == 2, log
     check_total(tmp_path, total, cut_off=2)

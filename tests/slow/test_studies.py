@@ -94,7 +94,7 @@ def results(folder: Path, seed: int = 0) -> list[str]:
 
 
 def test_four_workers_of_a_server_two_of_them_killed(server: str, tmp_path: Path) -> None:
-    keys = [f"tune.storage='{server}'", "tune.heartbeat_s=2", f"tune.trials={TOTAL}"]
+    keys = [f"tune.storage='{server}'", "tune.heartbeat_s=4", f"tune.trials={TOTAL}"]
     search = start(*results(tmp_path), *keys, "tune.workers=4")
     generator = random.Random()
     storage = optuna.storages.RDBStorage(server)
@@ -103,8 +103,9 @@ def test_four_workers_of_a_server_two_of_them_killed(server: str, tmp_path: Path
         names = optuna.get_all_study_names(storage)
         return of_study(server, names[0]) if names else []
 
+    dead: list[int] = []
     for done in (2, 6):
-        kill_a_worker(look, generator, done, spared=search.pid)
+        dead.append(kill_a_worker(look, generator, done, spared=search.pid, dead=dead))
     log = ended(search)
     assert log.count("worker process died") == 2, log
     assert "optuna-dashboard 'postgresql://" in log
