@@ -6,8 +6,12 @@
 process has to spend and that any worker can spend. With slopes a1 and an of the wall time over the
 size of the work, with one and with n workers, a1 = serial + parallel and an = serial + parallel / n
 (Amdahl); `start` is what n workers need at size 0. F are the units of the published scale and
-share(n) those of the machine that gets most, since tasks are not cut. A study has one more part:
-its journal lets one worker at a time begin a trial, so F trials take F times that at least, however
+share(n) those of the machine that gets most, since tasks are not cut.
+
+Workers on one machine also share caches, memory and clock, which machines of a cluster do not. That
+is measured apart: processes that have nothing to wait for each other take `crowding` times as long
+beside each other as alone, so an = serial + crowding parallel / n. A study has one more part: its
+journal lets one worker at a time begin a trial, so F trials take F times that at least, however
 many workers there are.
 """
 
@@ -122,6 +126,7 @@ class Model:
     serial: float
     parallel: float
     begin: float  # s for which a study lets no other worker begin a trial
+    crowding: float  # times as long as alone, on one machine beside the others
 
     def seconds(self, machines: int) -> float:
         """Wall time of the published scale."""
@@ -153,7 +158,7 @@ class Model:
         return self.parallel / self.begin if self.begin else inf
 
 
-def fitted(work: Work, times: Times, begin: float) -> Model:
+def fitted(work: Work, times: Times, begin: float, crowding: float) -> Model:
     """The model of a kind of work from its wall times by workers and units."""
     few, many = min(w for w, _ in times), max(w for w, _ in times)
     small, large = min(u for _, u in times), max(u for _, u in times)
@@ -161,8 +166,10 @@ def fitted(work: Work, times: Times, begin: float) -> Model:
     def slope(workers: int) -> float:
         return (times[workers, large] - times[workers, small]) / (large - small)
 
-    parallel = (slope(few) - slope(many)) / (1 / few - 1 / many)
-    parallel = min(max(parallel, 0.0), few * slope(few))
+    # With one worker nobody crowds it; more than all that it does cannot be shared.
+    gained = max(slope(few) - slope(many), 0.0)
+    shared = 1 / few - min(crowding, many) / many
+    parallel = min(gained / shared, few * slope(few)) if shared > 0 else few * slope(few)
     serial = max(slope(few) - parallel / few, 0.0)
     start = max(times[many, small] - slope(many) * small, 0.0)
-    return Model(work, start, serial, parallel, begin if work.trial else 0.0)
+    return Model(work, start, serial, parallel, begin if work.trial else 0.0, crowding)

@@ -5,9 +5,10 @@
 
 The project is to be installed (`pip install -e .`) and the machine to be left alone meanwhile. Four
 kinds of work, each at two sizes and with each number of workers, in turns: a pose set, an
-evaluation, a study and grasps. `benchmarks/scaling.py` has the model that these times are put into,
-and its assumptions. The journal of a study is timed by itself: trials that cost nothing, one after
-another.
+evaluation, a study and grasps. Then as many runs of the smaller size beside each other as there are
+workers, which tells what sharing this machine costs. The journal of a study is timed by itself:
+trials that cost nothing, one after another. `benchmarks/scaling.py` has the model that these times
+are put into, and its assumptions.
 
 Prints the times, the published scale on one machine and on a hundred, and what limits them then;
 draws one figure.
@@ -18,6 +19,9 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -48,6 +52,18 @@ def timed(work: Work, units: int, workers: int, engine: list[str]) -> float:
         began = time.perf_counter()
         run_stage(work.stage, config)
         return time.perf_counter() - began
+
+
+def crowding(work: Work, units: int, workers: int, engine: list[str]) -> float:
+    """How many times as long runs take beside each other that share nothing but this machine."""
+    run = partial(timed, work, units, 1, engine)
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as processes:
+
+        def longest(runs: int) -> float:
+            return max(ended.result() for ended in [processes.submit(run) for _ in range(runs)])
+
+        longest(workers)  # every process has loaded then what it calls
+        return max(longest(workers) / longest(1), 1.0)
 
 
 def begin_s() -> float:
@@ -106,8 +122,9 @@ def main() -> None:
     measured: dict[str, Times] = {}
     models = []
     begin = begin_s() if any(work.trial for work in works) else 0.0
-    print("| work | units | " + " | ".join(f"{n} workers [s]" for n in options.workers) + " |")
-    print("|---" * (len(options.workers) + 2) + "|")
+    heads = " | ".join(f"{n} workers [s]" for n in options.workers)
+    print(f"| work | units | {heads} | beside another of its kind |")
+    print("|---" * (len(options.workers) + 3) + "|")
     for work in works:
         units = max(round(options.size * work.units), 2)
         timed(work, units, max(options.workers), options.engine)  # compiled code comes from disk
@@ -116,11 +133,13 @@ def main() -> None:
             for size in (units, 2 * units)
             for n in options.workers
         }
+        crowded = crowding(work, units, max(options.workers), options.engine)
         for size in (units, 2 * units):
             cells = " | ".join(f"{times[n, size]:.1f}" for n in options.workers)
-            print(f"| {work.title} | {size} | {cells} |", flush=True)
+            last = f"{crowded:.2f} times as long" if size == units else ""
+            print(f"| {work.title} | {size} | {cells} | {last} |", flush=True)
         measured[work.title] = times
-        models.append(fitted(work, times, begin))
+        models.append(fitted(work, times, begin, crowded))
     print(f"\nBegin a trial in a journal: {1e3 * begin:.1f} ms. Published scale, on paper:\n")
     print(
         f"| work | 1 machine [min] | {MACHINES} machines [min] | gain | what takes longest then |"
@@ -135,6 +154,7 @@ def main() -> None:
             f"| {model.work.title} | {alone / 60:.1f} | {together / 60:.2f} | "
             f"{alone / together:.0f} | {limit} ({told}) |"
         )
+    for model in models:
         if model.work.trial:
             print(f"\nThe journal sets the pace beyond {model.crowded_at():.0f} machines.")
     if options.figure:
