@@ -7,7 +7,8 @@ The project is to be installed (`pip install -e .`). In turns, within one run, i
 - steps of the trainer with the settings of conf/train (and of Table I for the model `paper`);
 - steps of a plain eager loop on the same batches: float32, autograd through pytorch-kinematics,
   Adam tensor by tensor, the loss read after every step; losses and network are the same;
-- a large float32 matrix product, which stands for what this machine can do at best.
+- a large float32 matrix product by the faster of PyTorch's libraries that does not round, which
+  stands for what this machine can do at best.
 
 Prints a Markdown table with a row for each robot and model: samples per second of both loops and
 their ratio, and the share of the matrix product's rate that the trainer's step reaches with its
@@ -32,6 +33,7 @@ from pipeline.data.dataset import PoseSet
 from pipeline.learning.checkpoint import Progress
 from pipeline.learning.networks import build_network, parameter_count
 from pipeline.learning.objective import make_objective
+from pipeline.learning.precision import told
 from pipeline.learning.trainer import Run, Trainer
 from pipeline.settings import Config
 from robots import Robot, available_robots, load_robot
@@ -125,7 +127,11 @@ def measure(robot: Robot, model: str, rounds: int) -> str:
         rows = chosen()
         plain.step(poses[rows], made_from[rows])
 
-    calls = (ours, theirs, lambda: left @ right)
+    def product() -> None:
+        with told(trainer.products.forward):
+            torch.matmul(left, right)
+
+    calls = (ours, theirs, product)
     for call in calls:
         rate(call, 0.2)
     turns = [[rate(call, ROUND_S) for call in calls] for _ in range(rounds)]

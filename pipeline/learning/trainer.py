@@ -19,7 +19,7 @@ from pipeline.learning.batches import Batches
 from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.objective import make_objective
-from pipeline.learning.precision import backward_precision
+from pipeline.learning.precision import Products, told
 from pipeline.progress import LOGGER, bar
 from pipeline.settings import TrainConfig
 from robots import Robot
@@ -69,6 +69,7 @@ class Trainer:
         self.run = run
         self.best: State = {}
         self.objective = make_objective(robot, self.network, train, self.device, run.seed)
+        self.products = Products(train.precision, self.network, train.batch_size, self.device)
         # With a weight decay of zero AdamW is Adam.
         self.optimizer = torch.optim.AdamW(
             self.network.parameters(),
@@ -152,9 +153,10 @@ class Trainer:
         """One optimiser step; a gradient that is not finite changes nothing and is counted."""
         for group in self.optimizer.param_groups:
             group["lr"] = self.learning_rate(progress.step, total)
-        loss = self.objective.loss(poses, joints, progress.step, progress.step / total)
+        with told(self.products.forward):
+            loss = self.objective.loss(poses, joints, progress.step, progress.step / total)
         self.optimizer.zero_grad(set_to_none=True)
-        with backward_precision(self.train.precision):
+        with told(self.products.backward):
             loss.backward()
         parameters, clip = list(self.network.parameters()), self.train.gradient_clip
         norm = nn.utils.get_total_norm([p.grad for p in parameters if p.grad is not None])
@@ -175,7 +177,8 @@ class Trainer:
         return self.train.learning_rate * warm * (1 - step / total)
 
     def _validate(self, held_out: Tensor, progress: Progress, total: int) -> None:
-        position, rotation = self.objective.errors(held_out)
+        with told(self.products.forward):
+            position, rotation = self.objective.errors(held_out)
         done = progress.step
         row = {
             "step": done,

@@ -1,4 +1,4 @@
-"""The precision switch: the backward pass alone, and everything as before afterwards."""
+"""Precision of products: what is taken for float32 is float32, and nothing stays switched."""
 
 from __future__ import annotations
 
@@ -6,31 +6,74 @@ import pytest
 import torch
 from torch import nn
 
-from pipeline.learning.precision import backward_precision
+from pipeline.learning import precision
+from pipeline.learning.precision import EXACT, ROUNDED, Products, told
+
+CPU = torch.device("cpu")
+BATCH = 128
 
 
-def gradient(precision: str) -> tuple[torch.Tensor, torch.Tensor]:
-    """Output and first weight gradient of a network that is the same every time."""
+def network() -> nn.Sequential:
     torch.manual_seed(0)
-    network = nn.Sequential(nn.Linear(256, 512), nn.GELU(), nn.Linear(512, 256))
-    output = network(torch.randn(128, 256))
-    with backward_precision(precision):
+    return nn.Sequential(nn.Linear(256, 512), nn.GELU(), nn.Linear(512, 256))
+
+
+def gradient(products: Products) -> tuple[torch.Tensor, torch.Tensor]:
+    """Output and first weight gradient of a network that is the same every time."""
+    layers = network()
+    values = torch.randn(BATCH, 256)
+    with told(products.forward):
+        output = layers(values)
+    with told(products.backward):
         output.square().mean().backward()
-    return output.detach(), network[0].weight.grad.flatten()
+    return output.detach(), layers[0].weight.grad.flatten()
 
 
-def test_gradients_keep_their_direction_and_outputs_their_bits() -> None:
-    output, exact = gradient("float32")
-    again, rounded = gradient("bfloat16_backward")
-    assert torch.equal(output, again)
-    assert torch.nn.functional.cosine_similarity(exact, rounded, dim=0) > 0.9999
-    assert (rounded - exact).norm() < 0.01 * exact.norm()
-    assert rounded.dtype == torch.float32
+def reference() -> tuple[torch.Tensor, torch.Tensor]:
+    layers = network()
+    values = torch.randn(BATCH, 256).double()
+    layers.double()
+    output = layers(values)
+    output.square().mean().backward()
+    return output.detach(), layers[0].weight.grad.flatten()
+
+
+def away(value: torch.Tensor, exact: torch.Tensor) -> float:
+    return float((value - exact).norm() / exact.norm())
+
+
+def test_float32_products_err_like_float32_whoever_computes_them() -> None:
+    products = Products("float32", network(), BATCH, CPU)
+    for value, exact in zip(gradient(products), reference(), strict=True):
+        assert away(value, exact) < 2e-6
+
+
+def test_a_rounded_backward_pass_leaves_the_output_alone() -> None:
+    products = Products("bfloat16_backward", network(), BATCH, CPU)
+    assert products.backward == ROUNDED
+    (output, slope), (exact, straight) = gradient(products), reference()
+    assert away(output, exact) < 2e-6
+    assert away(slope, straight) < 0.01
+
+
+def test_a_machine_that_rounds_is_told_not_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(precision, "_is_exact", lambda shape, batch: shape != (512, 256))
+    products = Products("float32", network(), BATCH, CPU)
+    assert (products.forward, products.backward) == (EXACT, EXACT)
+    products = Products("bfloat16_backward", network(), BATCH, CPU)
+    assert (products.forward, products.backward) == (EXACT, ROUNDED)
+
+
+def test_rounding_is_noticed() -> None:
+    values = torch.randn(64, 64, generator=torch.Generator().manual_seed(1))
+    rounded = values.bfloat16().float() @ values.bfloat16().float()
+    assert precision._error(rounded, values.double() @ values.double()) > precision.TOLERANCE
+    assert precision._error(values @ values, values.double() @ values.double()) < 1e-6
 
 
 def test_the_precision_is_as_before_after_an_error() -> None:
     before = torch.get_float32_matmul_precision()
-    with pytest.raises(KeyError), backward_precision("bfloat16_backward"):
-        assert torch.get_float32_matmul_precision() == "medium"
+    with pytest.raises(KeyError), told(ROUNDED):
+        assert torch.get_float32_matmul_precision() == ROUNDED
         raise KeyError
     assert torch.get_float32_matmul_precision() == before
