@@ -17,6 +17,7 @@ from pipeline.data.dataset import PoseSet
 from pipeline.learning import checkpoint
 from pipeline.learning.batches import Batches
 from pipeline.learning.checkpoint import Progress, State
+from pipeline.learning.memory import keep_freed_memory
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.objective import make_objective
 from pipeline.learning.precision import Products, told
@@ -69,6 +70,7 @@ class Trainer:
         self.run = run
         self.best: State = {}
         self.objective = make_objective(robot, self.network, train, self.device, run.seed)
+        keep_freed_memory()
         self.products = Products(train.precision, self.network, train.batch_size, self.device)
         # With a weight decay of zero AdamW is Adam.
         self.optimizer = torch.optim.AdamW(
