@@ -200,7 +200,11 @@ def _ends(trials: Sequence[FrozenTrial], name: str) -> tuple[str, str]:
         order = sorted(zip(_places(trials, name), range(len(trials)), strict=True))
         first, last = order[0][1], order[-1][1]
         return str(trials[first].params[name]), str(trials[last].params[name])
-    return f"{min(drawn):.3g}", f"{max(drawn):.3g}"
+    return _number(min(drawn)), _number(max(drawn))
+
+
+def _number(value: float) -> str:
+    return f"{value:,}" if isinstance(value, int) else f"{value:.3g}"
 
 
 def _label(name: str) -> str:
