@@ -17,6 +17,7 @@ from pipeline.stages import PER_ROBOT, STAGES, run_stage
 
 SWEEP_FLAGS = ("-m", "--multirun")
 HELP_FLAGS = ("-h", "--help")
+SEEING = ("perception=camera", "agent=policy")  # the trials of robots that have eyes
 
 
 def stage(name: str, arguments: list[str]) -> int:
@@ -57,6 +58,8 @@ def everything(arguments: list[str]) -> int:
         for name in PER_ROBOT:
             if robot in lists.get(f"{name}_robots", [robot]):
                 _run(name, compose([*overrides, f"robot={robot}"]))
+        if robot in lists["detector_robots"] and robot in lists["grasp_robots"]:
+            _run("grasp", compose([*SEEING, *overrides, f"robot={robot}"]))
     _run("report", compose(overrides))
     return 0
 
