@@ -7,14 +7,16 @@ The project is to be installed (`pip install -e .`). In turns, within one run, i
 - steps of the trainer with the settings of conf/train (and of Table I for the model `paper`);
 - steps of a plain eager loop on the same batches: float32, autograd through pytorch-kinematics,
   Adam tensor by tensor, the loss read after every step; losses and network are the same;
-- a large float32 matrix product by the faster of PyTorch's libraries that does not round, which
-  stands for what this machine can do at best.
+- a large float32 matrix product by the faster of PyTorch's libraries that does not round, and a sum
+  of two large arrays: what this machine can compute and move at best.
 
 Prints a Markdown table with a row for each robot and model: samples per second of both loops and
-their ratio, and the share of the matrix product's rate that the trainer's step reaches with its
-linear layers alone. Each figure is a median over rounds, and ratios are medians of the ratios
-within a round, so that load from elsewhere falls on both sides. A figure that misses its limit is
-marked with `!`.
+their ratio, the share of the matrix product's rate that the trainer's step reaches with its linear
+layers alone, and the share that memory leaves: every weight is read for the forward and the
+backward pass and its gradient written beside the products, then the norm of the gradient and Adam
+move 32 bytes a weight. Small batches spend more on that than on products. Each figure is a median
+over rounds, and ratios are medians of the ratios within a round, so that load from elsewhere falls
+on both sides. A figure that misses its limit is marked with `!`.
 """
 
 from __future__ import annotations
@@ -46,7 +48,12 @@ TOTAL_STEPS = 100_000
 # Limits: gain over the plain loop, and share of the rate of matrix products.
 GAIN_LIMIT, GAIN_MODELS = 1.5, ("compact",)
 SHARE_LIMIT, SHARE_MODELS = 0.5, ("paper",)
-HEAD = "| robot | model | parameters | batch | trainer /s | plain /s | gain | share of peak |"
+BESIDE, AFTER = 12, 32  # bytes a weight: read twice and its gradient written; norm 4, Adam 28
+ARRAY = 2**24  # float32 numbers, more than caches hold
+HEAD = (
+    "| robot | model | parameters | batch | trainer /s | plain /s | gain | share of peak "
+    "| memory leaves |"
+)
 
 
 class Plain:
@@ -115,6 +122,7 @@ def measure(robot: Robot, model: str, rounds: int) -> str:
         network.prepare(poses)
     progress = Progress()
     left, right = torch.randn(MATRIX, MATRIX), torch.randn(MATRIX, MATRIX)
+    first, second, total = (torch.zeros(ARRAY) for _ in range(3))
 
     def chosen() -> Tensor:
         return torch.randint(POSES, (batch,))
@@ -131,13 +139,23 @@ def measure(robot: Robot, model: str, rounds: int) -> str:
         with told(trainer.products.forward):
             torch.matmul(left, right)
 
-    calls = (ours, theirs, product)
+    def transfer() -> None:
+        torch.add(first, second, out=total)
+
+    calls = (ours, theirs, product, transfer)
     for call in calls:
         rate(call, 0.2)
     turns = [[rate(call, ROUND_S) for call in calls] for _ in range(rounds)]
-    gain = median(own / other for own, other, _ in turns)
+    gain = median(own / other for own, other, *_ in turns)
     operations = layer_operations(networks[0], batch)
-    share = median(own * operations / (products * 2.0 * MATRIX**3) for own, _, products in turns)
+    weights = parameter_count(networks[0])
+    shares, limits = [], []
+    for own, _, products, transfers in turns:
+        computed_s = operations / (products * 2.0 * MATRIX**3)
+        weight_s = weights / (transfers * 3 * 4 * ARRAY)
+        shares.append(own * computed_s)
+        limits.append(computed_s / (max(computed_s, BESIDE * weight_s) + AFTER * weight_s))
+    share, limit = median(shares), median(limits)
     missed = (
         model in GAIN_MODELS and gain < GAIN_LIMIT,
         model in SHARE_MODELS and share < SHARE_LIMIT,
@@ -145,11 +163,12 @@ def measure(robot: Robot, model: str, rounds: int) -> str:
     cells = [
         robot.name,
         model,
-        f"{parameter_count(networks[0]):,}",
+        f"{weights:,}",
         str(batch),
         *(f"{batch * median(turn[side] for turn in turns):,.0f}" for side in (0, 1)),
         f"{gain:.2f}{' !' if missed[0] else ''}",
         f"{share:.2f}{' !' if missed[1] else ''}" if operations else "–",
+        f"{limit:.2f}" if operations else "–",
     ]
     return f"| {' | '.join(cells)} |"
 
@@ -162,7 +181,7 @@ def main() -> None:
     options = parser.parse_args()
     print(
         f"{torch.get_num_threads()} threads; limits: gain {GAIN_LIMIT} ({', '.join(GAIN_MODELS)}), "
-        f"share {SHARE_LIMIT} ({', '.join(SHARE_MODELS)})\n\n{HEAD}\n" + "|---" * 8 + "|"
+        f"share {SHARE_LIMIT} ({', '.join(SHARE_MODELS)})\n\n{HEAD}\n" + "|---" * 9 + "|"
     )
     for model in options.models:
         for name in options.robots:
