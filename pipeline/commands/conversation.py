@@ -80,5 +80,5 @@ def _ask() -> str:
 
 
 def _transcript(config: Config) -> Path:
-    stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
+    stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S-%f")  # two in one second are two
     return artifacts(config).chat(config.robot.name) / f"{stamp}.jsonl"
