@@ -40,14 +40,23 @@ DPI = 150
 QUIET = ["profile=smoke", "engine.cpus=1", "engine.start_up_s=0"]
 
 
-def timed(work: Work, units: int, workers: int, engine: list[str]) -> float:
-    """Seconds of a stage in a fresh folder, what it reads made before."""
+def timed(work: Work, units: int, workers: int, engine: list[str], core: int = 0) -> float:
+    """Seconds of a stage in a fresh folder, what it reads made before.
+
+    Args:
+        work: The kind of work.
+        units: Its size.
+        workers: Of the engine.
+        engine: Overrides that choose it.
+        core: The first that an evaluation, which has cores to itself, takes.
+    """
     with tempfile.TemporaryDirectory() as folder:
         common = [*engine, f"engine.workers={workers}", *QUIET, f"results_dir={folder}"]
         if work.prepared:
             run_stage("dataset", compose([*common, *work.prepared]))
         told = [item.format(units) for item in work.overrides]
         told += [f"dataset.workers={workers}"] if work.stage == "dataset" else []
+        told += [f"evaluate.first_core={core}"] if work.stage == "evaluate" else []
         config = compose([*common, *told])
         began = time.perf_counter()
         run_stage(work.stage, config)
@@ -60,7 +69,8 @@ def crowding(work: Work, units: int, workers: int, engine: list[str]) -> float:
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as processes:
 
         def longest(runs: int) -> float:
-            return max(ended.result() for ended in [processes.submit(run) for _ in range(runs)])
+            begun = [processes.submit(run, core) for core in range(runs)]
+            return max(ended.result() for ended in begun)
 
         longest(workers)  # every process has loaded then what it calls
         return max(longest(workers) / longest(1), 1.0)

@@ -45,7 +45,7 @@ def test_units_are_what_is_not_kept(plain: Series, tmp_path: Path) -> None:
         kept.put({"trial": number})
     assert plain.pending(kept) == [1, 2, 4]
 
-    things = SimpleNamespace(config=CONFIG.grasp, per_row=ROW, row=row)
+    things = SimpleNamespace(series=plain, per_row=ROW, row=row)
     agent = AgentSeries(things)  # type: ignore[arg-type]
     assert agent.pending(kept) == [0, 1]
     assert [one["trial"] for one in agent.unit(1)] == [3, 4]  # five trials are wanted
