@@ -3,16 +3,14 @@
     T(n) = start + serial F + parallel share(n) + bytes F / bandwidth + waiting(n)
 
 `serial` and `parallel` are seconds of a unit (a pose, a pose of each solver, a trial) that one
-process has to spend and that any worker can spend. With slopes a1 and an of the wall time over the
-size of the work, with one and with n workers, a1 = serial + parallel and an = serial + parallel / n
-(Amdahl); `start` is what n workers need at size 0. F are the units of the published scale and
-share(n) those of the machine that gets most, since tasks are not cut.
-
-Workers on one machine also share caches, memory and clock, which machines of a cluster do not. That
-is measured apart: processes that have nothing to wait for each other take `crowding` times as long
-beside each other as alone, so an = serial + crowding parallel / n. A study has one more part: its
-journal lets one worker at a time begin a trial, so F trials take F times that at least, however
-many workers there are.
+process has to spend and that any worker can spend; `start` is what workers need at size 0. The
+serial part is measured as such: the processor time of the process that hands out the work and
+gathers it, with more than one worker, at two sizes. What a unit takes with one worker beyond that
+is parallel. (The slope of the wall time with two workers would tell the same on machines of their
+own; on one they share caches, memory and clock, which would pass for a serial part.) F are the
+units of the published scale and share(n) those of the machine that gets most, since tasks are not
+cut. A study has one more part: its journal lets one worker at a time begin a trial, so F trials
+take F times that at least, however many workers there are.
 """
 
 from __future__ import annotations
@@ -126,7 +124,6 @@ class Model:
     serial: float
     parallel: float
     begin: float  # s for which a study lets no other worker begin a trial
-    crowding: float  # times as long as alone, on one machine beside the others
 
     def seconds(self, machines: int) -> float:
         """Wall time of the published scale."""
@@ -158,18 +155,23 @@ class Model:
         return self.parallel / self.begin if self.begin else inf
 
 
-def fitted(work: Work, times: Times, begin: float, crowding: float) -> Model:
-    """The model of a kind of work from its wall times by workers and units."""
+def fitted(work: Work, times: Times, busy: dict[int, float], begin: float) -> Model:
+    """The model of a kind of work.
+
+    Args:
+        work: The work.
+        times: Wall times by workers and units.
+        busy: Processor seconds of the process that hands it out, by units, with most workers.
+        begin: Seconds to begin a trial.
+    """
     few, many = min(w for w, _ in times), max(w for w, _ in times)
-    small, large = min(u for _, u in times), max(u for _, u in times)
+    small, large = min(busy), max(busy)
 
-    def slope(workers: int) -> float:
-        return (times[workers, large] - times[workers, small]) / (large - small)
+    def slope(first: float, last: float) -> float:
+        return max(last - first, 0.0) / (large - small)
 
-    # With one worker nobody crowds it; more than all that it does cannot be shared.
-    gained = max(slope(few) - slope(many), 0.0)
-    shared = 1 / few - min(crowding, many) / many
-    parallel = min(gained / shared, few * slope(few)) if shared > 0 else few * slope(few)
-    serial = max(slope(few) - parallel / few, 0.0)
-    start = max(times[many, small] - slope(many) * small, 0.0)
-    return Model(work, start, serial, parallel, begin if work.trial else 0.0, crowding)
+    whole = few * slope(times[few, small], times[few, large])
+    serial = min(slope(busy[small], busy[large]), whole)
+    parallel = whole - serial
+    start = max(times[many, small] - (serial + parallel / many) * small, 0.0)
+    return Model(work, start, serial, parallel, begin if work.trial else 0.0)

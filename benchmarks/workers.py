@@ -5,10 +5,10 @@
 
 The project is to be installed (`pip install -e .`) and the machine to be left alone meanwhile. Four
 kinds of work, each at two sizes and with each number of workers, in turns: a pose set, an
-evaluation, a study and grasps. Then as many runs of the smaller size beside each other as there are
-workers, which tells what sharing this machine costs. The journal of a study is timed by itself:
-trials that cost nothing, one after another. `benchmarks/scaling.py` has the model that these times
-are put into, and its assumptions.
+evaluation, a study and grasps. Beside them stands the processor time of the process that hands out
+the work of most workers. The journal of a study is timed by itself: trials that cost nothing, one
+after another. `benchmarks/scaling.py` has the model that these times are put into, and its
+assumptions.
 
 Prints the times, the published scale on one machine and on a hundred, and what limits them then;
 draws one figure.
@@ -19,9 +19,6 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -40,40 +37,18 @@ DPI = 150
 QUIET = ["profile=smoke", "engine.cpus=1", "engine.start_up_s=0"]
 
 
-def timed(work: Work, units: int, workers: int, engine: list[str], core: int = 0) -> float:
-    """Seconds of a stage in a fresh folder, what it reads made before.
-
-    Args:
-        work: The kind of work.
-        units: Its size.
-        workers: Of the engine.
-        engine: Overrides that choose it.
-        core: The first that an evaluation, which has cores to itself, takes.
-    """
+def timed(work: Work, units: int, workers: int, engine: list[str]) -> tuple[float, float]:
+    """Seconds of a stage whose inputs are there: wall time, and processor time of this process."""
     with tempfile.TemporaryDirectory() as folder:
         common = [*engine, f"engine.workers={workers}", *QUIET, f"results_dir={folder}"]
         if work.prepared:
             run_stage("dataset", compose([*common, *work.prepared]))
         told = [item.format(units) for item in work.overrides]
         told += [f"dataset.workers={workers}"] if work.stage == "dataset" else []
-        told += [f"evaluate.first_core={core}"] if work.stage == "evaluate" else []
         config = compose([*common, *told])
-        began = time.perf_counter()
+        began, busy = time.perf_counter(), time.process_time()
         run_stage(work.stage, config)
-        return time.perf_counter() - began
-
-
-def crowding(work: Work, units: int, workers: int, engine: list[str]) -> float:
-    """How many times as long runs take beside each other that share nothing but this machine."""
-    run = partial(timed, work, units, 1, engine)
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as processes:
-
-        def longest(runs: int) -> float:
-            begun = [processes.submit(run, core) for core in range(runs)]
-            return max(ended.result() for ended in begun)
-
-        longest(workers)  # every process has loaded then what it calls
-        return max(longest(workers) / longest(1), 1.0)
+        return time.perf_counter() - began, time.process_time() - busy
 
 
 def begin_s() -> float:
@@ -133,23 +108,24 @@ def main() -> None:
     models = []
     begin = begin_s() if any(work.trial for work in works) else 0.0
     heads = " | ".join(f"{n} workers [s]" for n in options.workers)
-    print(f"| work | units | {heads} | beside another of its kind |")
+    print(f"| work | units | {heads} | of it, handing out [s] |")
     print("|---" * (len(options.workers) + 3) + "|")
     for work in works:
         units = max(round(options.size * work.units), 2)
         timed(work, units, max(options.workers), options.engine)  # compiled code comes from disk
-        times = {
+        sizes, most = (units, 2 * units), max(options.workers)
+        both = {
             (n, size): timed(work, size, n, options.engine)
-            for size in (units, 2 * units)
+            for size in sizes
             for n in options.workers
         }
-        crowded = crowding(work, units, max(options.workers), options.engine)
-        for size in (units, 2 * units):
+        times = {run: wall for run, (wall, _) in both.items()}
+        busy = {size: both[most, size][1] for size in sizes}
+        for size in sizes:
             cells = " | ".join(f"{times[n, size]:.1f}" for n in options.workers)
-            last = f"{crowded:.2f} times as long" if size == units else ""
-            print(f"| {work.title} | {size} | {cells} | {last} |", flush=True)
+            print(f"| {work.title} | {size} | {cells} | {busy[size]:.2f} |", flush=True)
         measured[work.title] = times
-        models.append(fitted(work, times, begin, crowded))
+        models.append(fitted(work, times, busy, begin))
     print(f"\nBegin a trial in a journal: {1e3 * begin:.1f} ms. Published scale, on paper:\n")
     print(
         f"| work | 1 machine [min] | {MACHINES} machines [min] | gain | what takes longest then |"
