@@ -35,7 +35,7 @@ from pipeline.data.dataset import PoseSet
 from pipeline.learning.checkpoint import Progress
 from pipeline.learning.networks import build_network, parameter_count
 from pipeline.learning.objective import make_objective
-from pipeline.learning.precision import told
+from pipeline.learning.precision import matmul_precision
 from pipeline.learning.trainer import Run, Trainer
 from pipeline.settings import Config
 from robots import Robot, available_robots, load_robot
@@ -136,7 +136,7 @@ def measure(robot: Robot, model: str, rounds: int) -> str:
         plain.step(poses[rows], made_from[rows])
 
     def product() -> None:
-        with told(trainer.products.forward):
+        with matmul_precision(trainer.products.forward):
             torch.matmul(left, right)
 
     def transfer() -> None:

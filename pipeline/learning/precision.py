@@ -9,9 +9,8 @@ from functools import cache
 import torch
 from torch import Tensor, nn
 
-PRECISIONS = ("float32", "bfloat16_backward")
-# PyTorch's words. Told "medium", it may round factors to bfloat16 before it multiplies.
-EXACT, ROUNDED = "highest", "medium"
+# PyTorch's names. With "medium" it may round factors to bfloat16 before it multiplies.
+HIGHEST, MEDIUM = "highest", "medium"
 # Of a product, relative: float32 errs by some 1e-7, TensorFloat-32 by 3e-4, bfloat16 by 2e-3.
 TOLERANCE = 1e-5
 
@@ -30,14 +29,14 @@ class Products:
     stay float32, and so does the forward pass, in which three lost digits would be millimetres.
 
     Args:
-        precision: One of `PRECISIONS`, see ``train.precision``.
+        precision: ``float32`` or ``bfloat16_backward``, see ``train.precision``.
         network: Its parameters tell the shapes of the products.
         batch: Poses in a batch.
         device: Where the network is.
 
     Attributes:
-        forward: What PyTorch is told for the forward pass.
-        backward: And for the backward pass.
+        forward: `matmul_precision` of the forward pass, ``highest`` or ``medium``.
+        backward: The same of the backward pass.
     """
 
     def __init__(
@@ -45,19 +44,19 @@ class Products:
     ) -> None:
         shapes = frozenset(tuple(p.shape) for p in network.parameters() if p.ndim > 1)
         spared = device.type == "cpu" and all(_is_exact(shape, batch) for shape in shapes)
-        self.forward = ROUNDED if spared else EXACT
-        self.backward = ROUNDED if spared or precision == "bfloat16_backward" else EXACT
+        self.forward = MEDIUM if spared else HIGHEST
+        self.backward = MEDIUM if spared or precision == "bfloat16_backward" else HIGHEST
 
 
 @contextmanager
-def told(how: str) -> Iterator[None]:
-    """Tell PyTorch how float32 products may be computed, for as long as this lasts.
+def matmul_precision(name: str) -> Iterator[None]:
+    """Set PyTorch's precision of float32 products, and what it was before afterwards.
 
     Args:
-        how: See `torch.set_float32_matmul_precision`.
+        name: See `torch.set_float32_matmul_precision`.
     """
     before = torch.get_float32_matmul_precision()
-    torch.set_float32_matmul_precision(how)
+    torch.set_float32_matmul_precision(name)
     try:
         yield
     finally:
@@ -66,7 +65,12 @@ def told(how: str) -> Iterator[None]:
 
 @cache
 def _is_exact(shape: tuple[int, ...], batch: int) -> bool:
-    """Whether products with a weight of this shape are float32, whatever PyTorch is told."""
+    """Whether products are float32 even with ``medium``.
+
+    Args:
+        shape: Of a weight, (..., rows, columns); leading axes are multiplied one by one.
+        batch: Poses in a batch, shared out among those.
+    """
     *groups, rows, columns = shape
     count = max(batch // int(torch.Size(groups).numel()), 1)
     generator = torch.Generator().manual_seed(0)
@@ -76,7 +80,7 @@ def _is_exact(shape: tuple[int, ...], batch: int) -> bool:
 
     weight, inputs, outputs = drawn(rows, columns), drawn(count, rows), drawn(count, columns)
     factors = ((inputs, weight), (outputs, weight.mT), (inputs.mT, outputs))
-    with told(ROUNDED):
+    with matmul_precision(MEDIUM):
         products = [left @ right for left, right in factors]
     return all(
         _error(product, left.double() @ right.double()) < TOLERANCE
@@ -85,4 +89,5 @@ def _is_exact(shape: tuple[int, ...], batch: int) -> bool:
 
 
 def _error(product: Tensor, reference: Tensor) -> float:
+    """Frobenius norm of the error of a product, as a share of the reference's."""
     return float((product - reference).norm() / reference.norm())

@@ -20,7 +20,7 @@ from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.memory import keep_freed_memory
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.objective import make_objective
-from pipeline.learning.precision import Products, told
+from pipeline.learning.precision import Products, matmul_precision
 from pipeline.progress import LOGGER, bar
 from pipeline.settings import TrainConfig
 from robots import Robot
@@ -155,10 +155,10 @@ class Trainer:
         """One optimiser step; a gradient that is not finite changes nothing and is counted."""
         for group in self.optimizer.param_groups:
             group["lr"] = self.learning_rate(progress.step, total)
-        with told(self.products.forward):
+        with matmul_precision(self.products.forward):
             loss = self.objective.loss(poses, joints, progress.step, progress.step / total)
         self.optimizer.zero_grad(set_to_none=True)
-        with told(self.products.backward):
+        with matmul_precision(self.products.backward):
             loss.backward()
         parameters, clip = list(self.network.parameters()), self.train.gradient_clip
         norm = nn.utils.get_total_norm([p.grad for p in parameters if p.grad is not None])
@@ -179,7 +179,7 @@ class Trainer:
         return self.train.learning_rate * warm * (1 - step / total)
 
     def _validate(self, held_out: Tensor, progress: Progress, total: int) -> None:
-        with told(self.products.forward):
+        with matmul_precision(self.products.forward):
             position, rotation = self.objective.errors(held_out)
         done = progress.step
         row = {

@@ -16,7 +16,7 @@ from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from pipeline.tuning.journal import fetch_journal, keep_journal
 from pipeline.tuning.objective import check_search
 from pipeline.tuning.outputs import write_outputs, write_trials
-from pipeline.tuning.storage import LOST, answered
+from pipeline.tuning.storage import STORAGE_ERRORS, storage_errors_named
 from pipeline.tuning.study import open_study, study_name
 from pipeline.tuning.worker import Job, search
 
@@ -41,13 +41,13 @@ def run(config: Config) -> list[Path]:
         fetch_journal(kept, growing, name)
         store = job.store()
     try:
-        with answered(store):
+        with storage_errors_named(store):
             study = open_study(store, config, digest)
             LOGGER.info("watch the study with: optuna-dashboard '%s'", store.address)
             try:
                 search(job, study)
             except PipelineError:
-                with exclusive(folder), suppress(*LOST):
+                with exclusive(folder), suppress(*STORAGE_ERRORS):
                     write_trials(study, folder)
                 raise
             with exclusive(folder):

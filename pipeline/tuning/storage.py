@@ -26,7 +26,7 @@ from pipeline.tuning.journal import RUNNING, WORKER, JournalStore, Release, new_
 
 MISSED = 3  # heartbeats, after which a worker counts as dead
 SCHEMA = "optuna schema"  # what is locked while the tables are made
-LOST = (SQLAlchemyError, StorageInternalError)  # what a server that has gone raises
+STORAGE_ERRORS = (SQLAlchemyError, StorageInternalError)  # what a server that has gone raises
 
 
 class Store(Protocol):
@@ -63,7 +63,7 @@ def open_store(storage: str, journal: Path, heartbeat_s: int) -> Store:
 
 
 @contextmanager
-def answered(store: Store) -> Iterator[None]:
+def storage_errors_named(store: Store) -> Iterator[None]:
     """Tell in one sentence of a server that goes away in the middle of a study.
 
     Raises:
@@ -71,7 +71,7 @@ def answered(store: Store) -> Iterator[None]:
     """
     try:
         yield
-    except LOST as error:
+    except STORAGE_ERRORS as error:
         raise PipelineError(
             f"tune.storage: {store.address} no longer answers ({_why(error)}); trials that had "
             "ended are kept there, and the same command goes on with them"
@@ -110,7 +110,7 @@ class PostgresStore:
                 f"tune.storage={url.split(':')[0]} needs the extra cluster: "
                 f"pip install '.[cluster]' ({error})"
             ) from error
-        except LOST as error:
+        except STORAGE_ERRORS as error:
             raise PipelineError(
                 f"tune.storage: cannot open {self.address}: {_why(error)}"
             ) from error

@@ -17,7 +17,7 @@ from pipeline.engine.task import threads_held
 from pipeline.progress import LOGGER, bar
 from pipeline.settings import Config
 from pipeline.tuning.objective import Objective
-from pipeline.tuning.storage import LOST, Store, answered, open_store
+from pipeline.tuning.storage import STORAGE_ERRORS, Store, open_store, storage_errors_named
 from pipeline.tuning.study import count, is_over, open_study, run_trials
 from robots import load_robot
 
@@ -55,7 +55,7 @@ def work(job: Job) -> int:
     """
     store = job.store()
     try:
-        with answered(store):
+        with storage_errors_named(store):
             study = open_study(store, job.config, job.digest)
             robot = load_robot(job.config.robot.name)
             parts = [read_split(job.data, part, robot) for part in ("train", "validation")]
@@ -111,7 +111,7 @@ def _shown(study: Study, config: Config) -> Iterator[None]:
     with bar(config.tune.trials, "trial", f"tune {config.robot.name}", first) as shown:
 
         def watch() -> None:
-            with suppress(*LOST):  # the search itself tells of it
+            with suppress(*STORAGE_ERRORS):  # the search itself tells of it
                 while not over.wait(BAR_S):
                     shown.update(count(study).finished - shown.n)
 
@@ -122,5 +122,5 @@ def _shown(study: Study, config: Config) -> Iterator[None]:
         finally:
             over.set()
             watcher.join()
-            with suppress(*LOST):
+            with suppress(*STORAGE_ERRORS):
                 shown.update(count(study).finished - shown.n)

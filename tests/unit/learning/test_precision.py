@@ -7,7 +7,7 @@ import torch
 from torch import nn
 
 from pipeline.learning import precision
-from pipeline.learning.precision import EXACT, ROUNDED, Products, told
+from pipeline.learning.precision import HIGHEST, MEDIUM, Products, matmul_precision
 
 CPU = torch.device("cpu")
 BATCH = 128
@@ -22,9 +22,9 @@ def gradient(products: Products) -> tuple[torch.Tensor, torch.Tensor]:
     """Output and first weight gradient of a network that is the same every time."""
     layers = network()
     values = torch.randn(BATCH, 256)
-    with told(products.forward):
+    with matmul_precision(products.forward):
         output = layers(values)
-    with told(products.backward):
+    with matmul_precision(products.backward):
         output.square().mean().backward()
     return output.detach(), layers[0].weight.grad.flatten()
 
@@ -50,7 +50,7 @@ def test_float32_products_err_like_float32_whoever_computes_them() -> None:
 
 def test_a_rounded_backward_pass_leaves_the_output_alone() -> None:
     products = Products("bfloat16_backward", network(), BATCH, CPU)
-    assert products.backward == ROUNDED
+    assert products.backward == MEDIUM
     (output, slope), (exact, straight) = gradient(products), reference()
     assert away(output, exact) < 2e-6
     assert away(slope, straight) < 0.01
@@ -59,9 +59,9 @@ def test_a_rounded_backward_pass_leaves_the_output_alone() -> None:
 def test_a_machine_that_rounds_is_told_not_to(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(precision, "_is_exact", lambda shape, batch: shape != (512, 256))
     products = Products("float32", network(), BATCH, CPU)
-    assert (products.forward, products.backward) == (EXACT, EXACT)
+    assert (products.forward, products.backward) == (HIGHEST, HIGHEST)
     products = Products("bfloat16_backward", network(), BATCH, CPU)
-    assert (products.forward, products.backward) == (EXACT, ROUNDED)
+    assert (products.forward, products.backward) == (HIGHEST, MEDIUM)
 
 
 def test_rounding_is_noticed() -> None:
@@ -73,7 +73,7 @@ def test_rounding_is_noticed() -> None:
 
 def test_the_precision_is_as_before_after_an_error() -> None:
     before = torch.get_float32_matmul_precision()
-    with pytest.raises(KeyError), told(ROUNDED):
-        assert torch.get_float32_matmul_precision() == ROUNDED
+    with pytest.raises(KeyError), matmul_precision(MEDIUM):
+        assert torch.get_float32_matmul_precision() == MEDIUM
         raise KeyError
     assert torch.get_float32_matmul_precision() == before
