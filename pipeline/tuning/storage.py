@@ -95,6 +95,7 @@ class PostgresStore:
             from sqlalchemy.engine import make_url
 
             self.url = url
+            self.address = "the database"  # until it is known what of the URL is a password
             self.address = make_url(url).render_as_string(hide_password=True)
             warnings.filterwarnings("ignore", category=ExperimentalWarning)
             # Two first workers that make the tables at once would fail each other.
@@ -110,7 +111,7 @@ class PostgresStore:
                 f"tune.storage={url.split(':')[0]} needs the extra cluster: "
                 f"pip install '.[cluster]' ({error})"
             ) from error
-        except STORAGE_ERRORS as error:
+        except (*STORAGE_ERRORS, ValueError) as error:  # the latter of a port that is no number
             raise PipelineError(
                 f"tune.storage: cannot open {self.address}: {_why(error)}"
             ) from error

@@ -22,6 +22,7 @@ from pipeline.settings import Config
 from pipeline.tuning.journal import JournalStore, fetch_journal, keep_journal
 from pipeline.tuning.outputs import trials_table
 from pipeline.tuning.space import draw
+from pipeline.tuning.storage import open_store
 from pipeline.tuning.study import ABANDONED, REASON, count, open_study, run_trials, study_name
 
 
@@ -227,3 +228,12 @@ def test_a_finished_journal_is_put_away_and_taken_up_again(tmp_path: Path) -> No
     assert not growing.exists()
     fetch_journal(kept, growing, study_name(config()))
     assert count(search(growing, config())).finished == 6
+
+
+@pytest.mark.parametrize("url", ["postgresql://me:secret@host:port/studies", "postgresql+"])
+def test_an_address_that_cannot_be_read_is_told_without_its_password(
+    tmp_path: Path, url: str
+) -> None:
+    with pytest.raises(PipelineError, match="cannot open the database") as told:
+        open_store(url, tmp_path / "journal.log", 20)
+    assert "secret" not in str(told.value)
