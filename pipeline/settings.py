@@ -122,6 +122,7 @@ class TrainConfig:
     negate_input: bool = MISSING
     device: str = MISSING
     precision: str = MISSING
+    step: str = MISSING
     validations: int = MISSING
     checkpoint_s: float = MISSING
     poses: int = MISSING
@@ -139,7 +140,12 @@ class TrainConfig:
     def __post_init__(self) -> None:
         """Refuse rates, sizes and names that cannot be."""
         one_of("train.loss", self.loss, ("smooth", "former", "matrix"))
-        one_of("train.kinematics", self.kinematics, ("auto", "compiled", "pytorch_kinematics"))
+        one_of(
+            "train.kinematics",
+            self.kinematics,
+            ("auto", "compiled", "products", "pytorch_kinematics"),
+        )
+        one_of("train.step", self.step, ("auto", "eager", "captured"))
         one_of("train.device", self.device, ("auto", "cpu", "cuda"))
         one_of("train.precision", self.precision, ("float32", "bfloat16_backward"))
         one_of("train.keep", self.keep, ("last", "best"))

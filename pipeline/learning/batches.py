@@ -18,10 +18,13 @@ class Batches:
         count: Poses in the set.
         size: Poses a step; a last, smaller batch is left out.
         seed: Root of the orders.
+        device: Where the indices are wanted. They are drawn on the CPU: the same on every device.
     """
 
-    def __init__(self, count: int, size: int, seed: int) -> None:
-        self.count, self.size, self.seed = count, size, seed
+    def __init__(
+        self, count: int, size: int, seed: int, device: torch.device | str = "cpu"
+    ) -> None:
+        self.count, self.size, self.seed, self.device = count, size, seed, device
         self.per_epoch = count // size
         self._epoch = -1
         self._order = torch.empty(0, dtype=torch.long)
@@ -31,6 +34,6 @@ class Batches:
         epoch, place = divmod(step, self.per_epoch)
         if epoch != self._epoch:
             generator = torch.Generator().manual_seed(derive_seed(self.seed, "epoch", epoch))
-            self._order = torch.randperm(self.count, generator=generator)
+            self._order = torch.randperm(self.count, generator=generator).to(self.device)
             self._epoch = epoch
         return self._order[place * self.size : (place + 1) * self.size]

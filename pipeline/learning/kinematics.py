@@ -117,9 +117,11 @@ def make_link_kinematics(robot: Robot, link: str, device: torch.device) -> Forwa
 
 
 def make_kinematics(robot: Robot, name: str, device: torch.device) -> ForwardKinematics:
-    """Return what ``train.kinematics`` names; ``auto`` is compiled on the CPU, else the library."""
+    """Return what ``train.kinematics`` names; ``auto`` is compiled on the CPU, else products."""
     if name == "compiled" or (name == "auto" and device.type == "cpu"):
         return CompiledKinematics(robot)
+    if name in ("auto", "products"):
+        return ChainKinematics(robot.chain, device)
     return LibraryKinematics(robot, device)
 
 

@@ -89,14 +89,27 @@ class CycleObjective:
 
     def loss(self, poses: Tensor, joints: Tensor, step: int, done: float) -> Tensor:
         """See `Objective.loss`; the best hypothesis of a pose counts most."""
-        shown = poses
+        return self.loss_of(self.shown(poses, step), poses, self._head_share(done))
+
+    def shown(self, poses: Tensor, step: int) -> Tensor:
+        """Return what the network sees of poses (N, 7): with ``negate_input`` -q on odd steps."""
         if self.train.negate_input and step % 2:
-            shown = torch.cat((poses[:, :3], -poses[:, 3:]), dim=1)
+            return torch.cat((poses[:, :3], -poses[:, 3:]), dim=1)
+        return poses
+
+    def loss_of(self, shown: Tensor, poses: Tensor, head_share: float = 0.0) -> Tensor:
+        """Return the scalar loss of a batch, a function of tensors alone where there is one head.
+
+        Args:
+            shown: (N, 7) what the network sees.
+            poses: (N, 7) what it is to reach.
+            head_share: Weight of the mean of all hypotheses.
+        """
         answers = self.network(shown).flatten(0, 1)
         losses = self.pose_loss(*self.kinematics(answers), self._for_heads(poses))
         if self.penalty is not None:
             losses = losses + self.penalty(answers)
-        return winner_takes_most(losses.unflatten(0, (len(poses), -1)), self._head_share(done))
+        return winner_takes_most(losses.unflatten(0, (len(poses), -1)), head_share)
 
     @torch.no_grad()
     def errors(self, poses: Tensor) -> tuple[Tensor, Tensor]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import torch
 from torch import Tensor
 
 # Row k: where the components of 4 q_k q stand, 0-5 in the off-diagonal terms and 6 on the diagonal.
-_COLUMNS = torch.tensor([[6, 0, 1, 2], [0, 6, 3, 4], [1, 3, 6, 5], [2, 4, 5, 6]])
+COLUMNS = ((6, 0, 1, 2), (0, 6, 3, 4), (1, 3, 6, 5), (2, 4, 5, 6))
 
 
 def quaternion_from_matrix(rotation: Tensor) -> Tensor:
@@ -33,7 +35,7 @@ def quaternion_from_matrix(rotation: Tensor) -> Tensor:
         (m00 + m11 + m22, m00 - m11 - m22, m11 - m00 - m22, m22 - m00 - m11), dim=1
     )
     best = diagonal.detach().argmax(dim=1)  # 4 times the square of that component, at least 1
-    columns = _COLUMNS.to(rotation.device)[best]
+    columns = _columns(rotation.device)[best]
     row = torch.cat((off, torch.gather(diagonal, 1, best[:, None])), dim=1).gather(1, columns)
     return row / torch.linalg.vector_norm(row, dim=1, keepdim=True)
 
@@ -53,3 +55,9 @@ def matrix_from_quaternion(quaternion: Tensor) -> Tensor:
         1 - 2 * (x * x + y * y),
     )
     return torch.stack(rows, dim=1).unflatten(1, (3, 3))
+
+
+@cache
+def _columns(device: torch.device) -> Tensor:
+    """`COLUMNS` on a device, copied there once: a step that is captured may not."""
+    return torch.tensor(COLUMNS, device=device)

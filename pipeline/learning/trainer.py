@@ -21,6 +21,7 @@ from pipeline.learning.memory import keep_freed_memory
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.objective import make_objective
 from pipeline.learning.precision import Products, matmul_precision
+from pipeline.learning.step import CapturedStep, EagerStep, Setting, TrainingError, is_captured
 from pipeline.progress import LOGGER, bar
 from pipeline.settings import TrainConfig
 from robots import Robot
@@ -28,10 +29,6 @@ from robots import Robot
 # What an error counts when validations are compared: success in the paper is one of each.
 POSITION_UNIT_MM, ROTATION_UNIT_DEG = 10.0, 20.0
 Report = Callable[[int, dict[str, float]], None]
-
-
-class TrainingError(ValueError):
-    """A training that cannot be started or cannot go on."""
 
 
 @dataclass(frozen=True)
@@ -72,12 +69,20 @@ class Trainer:
         self.objective = make_objective(robot, self.network, train, self.device, run.seed)
         keep_freed_memory()
         self.products = Products(train.precision, self.network, train.batch_size, self.device)
+        captured = is_captured(train, self.network, self.device)
         # With a weight decay of zero AdamW is Adam.
         self.optimizer = torch.optim.AdamW(
             self.network.parameters(),
             lr=train.learning_rate,
             weight_decay=train.weight_decay,
             fused=True,
+            capturable=captured,
+        )
+        setting = Setting(
+            self.objective, self.network, self.optimizer, self.products, train.gradient_clip
+        )
+        self._step: EagerStep | CapturedStep = (
+            CapturedStep(setting, train.batch_size) if captured else EagerStep(setting)
         )
 
     def fit(self, train: PoseSet, validation: PoseSet) -> Progress:
@@ -97,7 +102,7 @@ class Trainer:
                 f"train.batch_size {size} is larger than the training set ({count} poses): "
                 "lower it or raise dataset.train"
             )
-        batches = Batches(count, size, self.run.seed)
+        batches = Batches(count, size, self.run.seed, self.device)
         total = batches.per_epoch * self.train.epochs
         if isinstance(self.network, IkNetwork):
             self.network.prepare(data[0])
@@ -153,25 +158,7 @@ class Trainer:
 
     def step(self, poses: Tensor, joints: Tensor, progress: Progress, total: int) -> None:
         """One optimiser step; a gradient that is not finite changes nothing and is counted."""
-        for group in self.optimizer.param_groups:
-            group["lr"] = self.learning_rate(progress.step, total)
-        with matmul_precision(self.products.forward):
-            loss = self.objective.loss(poses, joints, progress.step, progress.step / total)
-        self.optimizer.zero_grad(set_to_none=True)
-        with matmul_precision(self.products.backward):
-            loss.backward()
-        parameters, clip = list(self.network.parameters()), self.train.gradient_clip
-        norm = nn.utils.get_total_norm([p.grad for p in parameters if p.grad is not None])
-        if torch.isfinite(norm):
-            # Gradients that are small enough are not written again, which takes a while.
-            if norm > clip:
-                nn.utils.clip_grads_with_norm_(parameters, clip, norm)
-            self.optimizer.step()
-            progress.loss_sum += float(loss.detach())
-            progress.loss_steps += 1
-        else:
-            progress.skipped += 1
-        progress.step += 1
+        self._step(poses, joints, progress, total, self.learning_rate(progress.step, total))
 
     def learning_rate(self, step: int, total: int) -> float:
         """Return the rate of a step: a linear warm-up, then linear to zero."""
@@ -182,6 +169,7 @@ class Trainer:
         with matmul_precision(self.products.forward):
             position, rotation = self.objective.errors(held_out)
         done = progress.step
+        self._step.settle(progress)
         row = {
             "step": done,
             "samples": done * self.train.batch_size,
@@ -213,6 +201,7 @@ class Trainer:
     def _save(self, progress: Progress) -> None:
         path = self.run.checkpoint
         if path is not None:
+            self._step.settle(progress)
             checkpoint.save(
                 path, self.run.digest, progress, self.network, self.optimizer, self.best
             )

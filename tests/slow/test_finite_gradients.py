@@ -21,7 +21,7 @@ from pipeline.settings import TrainConfig
 from robots import Robot, available_robots, load_robot
 
 LOSSES = ("smooth", "former", "matrix")
-KINEMATICS = ("compiled", "pytorch_kinematics")
+KINEMATICS = ("compiled", "products", "pytorch_kinematics")
 CHUNK = 20_000
 
 

@@ -1,0 +1,215 @@
+"""One optimiser step: decided on the host, or one CUDA graph that decides for itself."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+
+from pipeline.learning.checkpoint import Progress
+from pipeline.learning.networks import CycleIkMlp
+from pipeline.learning.objective import CycleObjective, Objective
+from pipeline.learning.precision import Products, matmul_precision
+from pipeline.settings import TrainConfig
+
+WARM_UPS = 3  # PyTorch's advice: libraries ask for memory in their first calls, which no graph may
+
+
+class TrainingError(ValueError):
+    """A training that cannot be started or cannot go on."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What every step of a training works on.
+
+    Attributes:
+        objective: Gives the loss of a batch.
+        network: Its parameters are trained.
+        optimizer: Adam, fused.
+        products: Precision of the matrix products.
+        clip: Largest norm of the gradient.
+    """
+
+    objective: Objective
+    network: nn.Module
+    optimizer: torch.optim.Optimizer
+    products: Products
+    clip: float
+
+    @property
+    def parameters(self) -> list[nn.Parameter]:
+        """Those of the network."""
+        return list(self.network.parameters())
+
+    def gradient_norm(self) -> Tensor:
+        """Norm of all gradients together."""
+        return nn.utils.get_total_norm([p.grad for p in self.parameters if p.grad is not None])
+
+
+class EagerStep:
+    """A step that any network and device takes.
+
+    Args:
+        setting: What it works on.
+    """
+
+    def __init__(self, setting: Setting) -> None:
+        self.setting = setting
+
+    def __call__(
+        self, poses: Tensor, joints: Tensor, progress: Progress, total: int, rate: float
+    ) -> None:
+        """Take a step; a gradient that is not finite changes nothing and is counted.
+
+        Args:
+            poses: (N, 7) targets.
+            joints: (N, dof) that they were made from.
+            progress: Counts the step and sums its loss.
+            total: Steps of the run.
+            rate: Learning rate of this step.
+        """
+        setting = self.setting
+        for group in setting.optimizer.param_groups:
+            group["lr"] = rate
+        with matmul_precision(setting.products.forward):
+            loss = setting.objective.loss(poses, joints, progress.step, progress.step / total)
+        setting.optimizer.zero_grad(set_to_none=True)
+        with matmul_precision(setting.products.backward):
+            loss.backward()
+        norm = setting.gradient_norm()
+        if torch.isfinite(norm):
+            # Gradients that are small enough are not written again, which takes a while.
+            if norm > setting.clip:
+                nn.utils.clip_grads_with_norm_(setting.parameters, setting.clip, norm)
+            setting.optimizer.step()
+            progress.loss_sum += float(loss.detach())
+            progress.loss_steps += 1
+        else:
+            progress.skipped += 1
+        progress.step += 1
+
+    def settle(self, progress: Progress) -> None:
+        """Bring losses that are summed up elsewhere to the progress: here there are none."""
+
+
+class BranchlessStep:
+    """The same step without a decision or a number on the host.
+
+    Clipping and leaving out are left to the fused optimiser, which divides gradients by its
+    ``grad_scale`` and changes nothing where its ``found_inf`` is one: what PyTorch's gradient
+    scaler uses for mixed precision.
+
+    Args:
+        setting: What it works on; its objective must be a `CycleObjective` with one hypothesis.
+        size: Poses in each batch.
+    """
+
+    def __init__(self, setting: Setting, size: int) -> None:
+        assert isinstance(setting.objective, CycleObjective)
+        self.setting, self.objective = setting, setting.objective
+        device = setting.parameters[0].device
+        self._shown, self._poses = torch.zeros(2, size, 7, device=device)
+        self._rate, self._learns = torch.zeros((), device=device), torch.ones((), device=device)
+        self._sums = torch.zeros(3, device=device, dtype=torch.float64)
+
+    def __call__(
+        self, poses: Tensor, joints: Tensor, progress: Progress, total: int, rate: float
+    ) -> None:
+        """Take a step, see `EagerStep`; `settle` tells the losses."""
+        self._poses.copy_(poses)
+        self._shown.copy_(self.objective.shown(poses, progress.step))
+        self._rate.fill_(rate)
+        self._run()
+        progress.step += 1
+
+    def settle(self, progress: Progress) -> None:
+        """Bring sum and number of losses and of steps left out to the progress."""
+        loss, steps, skipped = self._sums.tolist()
+        progress.loss_sum += loss
+        progress.loss_steps += int(steps)
+        progress.skipped += int(skipped)
+        self._sums.zero_()
+
+    def _run(self) -> None:
+        self._adopt_rate()
+        self._body()
+
+    def _adopt_rate(self) -> None:
+        """Let the optimiser read the rate from its tensor, also after it was restored."""
+        for group in self.setting.optimizer.param_groups:
+            group["lr"] = self._rate
+
+    def _body(self) -> None:
+        setting = self.setting
+        optimizer: Any = setting.optimizer
+        with matmul_precision(setting.products.forward):
+            loss = self.objective.loss_of(self._shown, self._poses)
+        optimizer.zero_grad(set_to_none=True)
+        with matmul_precision(setting.products.backward):
+            loss.backward()
+        norm = setting.gradient_norm()
+        finite = torch.isfinite(norm).float() * self._learns
+        optimizer.grad_scale = (norm / setting.clip).clamp(min=1.0)
+        optimizer.found_inf = 1.0 - finite
+        optimizer.step()
+        learned = torch.where(finite > 0, loss.detach(), 0.0)
+        self._sums += torch.stack((learned, finite, 1.0 - finite))
+
+
+class CapturedStep(BranchlessStep):
+    """That step as one CUDA graph, captured at the first call and replayed from then on.
+
+    A step of a small batch is some hundred kernels of microseconds each, which take longer to
+    launch than to run; a graph launches them at once. It needs an optimiser that is ``capturable``.
+    """
+
+    _graph: torch.cuda.CUDAGraph | None = None
+
+    def _run(self) -> None:
+        if self._graph is None:
+            self._graph = self._captured()
+        self._graph.replay()
+
+    def _captured(self) -> torch.cuda.CUDAGraph:
+        self._adopt_rate()
+        graph, stream = torch.cuda.CUDAGraph(), torch.cuda.Stream()
+        try:
+            stream.wait_stream(torch.cuda.current_stream())
+            with torch.cuda.stream(stream), warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of an optimiser that could be captured and is not
+                self._learns.zero_()
+                for _ in range(WARM_UPS):
+                    self._body()
+                self._learns.fill_(1.0)
+                self._sums.zero_()
+            torch.cuda.current_stream().wait_stream(stream)
+            self.setting.optimizer.zero_grad(set_to_none=True)
+            with torch.cuda.graph(graph):
+                self._body()
+        except RuntimeError as error:
+            raise TrainingError(
+                f"the training step could not be captured as a CUDA graph ({error}): "
+                "train.step=eager trains without"
+            ) from error
+        return graph
+
+
+def is_captured(train: TrainConfig, network: nn.Module, device: torch.device) -> bool:
+    """Return whether ``train.step`` stands for a captured step; ``auto`` takes it where it can.
+
+    Raises:
+        TrainingError: It is asked for and cannot be.
+    """
+    hindrances = {
+        "a CUDA device (train.device)": device.type == "cuda",
+        "a network of one shape for every batch (model=paper)": isinstance(network, CycleIkMlp),
+        "train.kinematics=auto or products": train.kinematics in ("auto", "products"),
+    }
+    missing = [name for name, met in hindrances.items() if not met]
+    if train.step == "captured" and missing:
+        raise TrainingError(f"train.step=captured needs {missing[0]}: use auto or eager")
+    return train.step != "eager" and not missing
