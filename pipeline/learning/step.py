@@ -23,7 +23,7 @@ class TrainingError(ValueError):
 
 
 @dataclass(frozen=True)
-class Setting:
+class TrainState:
     """What every step of a training works on.
 
     Attributes:
@@ -54,11 +54,11 @@ class EagerStep:
     """A step that any network and device takes.
 
     Args:
-        setting: What it works on.
+        state: What it works on.
     """
 
-    def __init__(self, setting: Setting) -> None:
-        self.setting = setting
+    def __init__(self, state: TrainState) -> None:
+        self.state = state
 
     def __call__(
         self, poses: Tensor, joints: Tensor, progress: Progress, total: int, rate: float
@@ -72,27 +72,27 @@ class EagerStep:
             total: Steps of the run.
             rate: Learning rate of this step.
         """
-        setting = self.setting
-        for group in setting.optimizer.param_groups:
+        state = self.state
+        for group in state.optimizer.param_groups:
             group["lr"] = rate
-        with matmul_precision(setting.products.forward):
-            loss = setting.objective.loss(poses, joints, progress.step, progress.step / total)
-        setting.optimizer.zero_grad(set_to_none=True)
-        with matmul_precision(setting.products.backward):
+        with matmul_precision(state.products.forward):
+            loss = state.objective.loss(poses, joints, progress.step, progress.step / total)
+        state.optimizer.zero_grad(set_to_none=True)
+        with matmul_precision(state.products.backward):
             loss.backward()
-        norm = setting.gradient_norm()
+        norm = state.gradient_norm()
         if torch.isfinite(norm):
             # Gradients that are small enough are not written again, which takes a while.
-            if norm > setting.clip:
-                nn.utils.clip_grads_with_norm_(setting.parameters, setting.clip, norm)
-            setting.optimizer.step()
+            if norm > state.clip:
+                nn.utils.clip_grads_with_norm_(state.parameters, state.clip, norm)
+            state.optimizer.step()
             progress.loss_sum += float(loss.detach())
             progress.loss_steps += 1
         else:
             progress.skipped += 1
         progress.step += 1
 
-    def settle(self, progress: Progress) -> None:
+    def flush(self, progress: Progress) -> None:
         """Bring losses that are summed up elsewhere to the progress: here there are none."""
 
 
@@ -104,29 +104,29 @@ class BranchlessStep:
     scaler uses for mixed precision.
 
     Args:
-        setting: What it works on; its objective must be a `CycleObjective` with one hypothesis.
+        state: What it works on; its objective must be a `CycleObjective` with one hypothesis.
         size: Poses in each batch.
     """
 
-    def __init__(self, setting: Setting, size: int) -> None:
-        assert isinstance(setting.objective, CycleObjective)
-        self.setting, self.objective = setting, setting.objective
-        device = setting.parameters[0].device
+    def __init__(self, state: TrainState, size: int) -> None:
+        assert isinstance(state.objective, CycleObjective)
+        self.state, self.objective = state, state.objective
+        device = state.parameters[0].device
         self._shown, self._poses = torch.zeros(2, size, 7, device=device)
-        self._rate, self._learns = torch.zeros((), device=device), torch.ones((), device=device)
+        self._rate, self._enabled = torch.zeros((), device=device), torch.ones((), device=device)
         self._sums = torch.zeros(3, device=device, dtype=torch.float64)
 
     def __call__(
         self, poses: Tensor, joints: Tensor, progress: Progress, total: int, rate: float
     ) -> None:
-        """Take a step, see `EagerStep`; `settle` tells the losses."""
+        """Take a step, see `EagerStep`; `flush` tells the losses."""
         self._poses.copy_(poses)
         self._shown.copy_(self.objective.shown(poses, progress.step))
         self._rate.fill_(rate)
         self._run()
         progress.step += 1
 
-    def settle(self, progress: Progress) -> None:
+    def flush(self, progress: Progress) -> None:
         """Bring sum and number of losses and of steps left out to the progress."""
         loss, steps, skipped = self._sums.tolist()
         progress.loss_sum += loss
@@ -135,25 +135,25 @@ class BranchlessStep:
         self._sums.zero_()
 
     def _run(self) -> None:
-        self._adopt_rate()
+        self._bind_rate()
         self._body()
 
-    def _adopt_rate(self) -> None:
+    def _bind_rate(self) -> None:
         """Let the optimiser read the rate from its tensor, also after it was restored."""
-        for group in self.setting.optimizer.param_groups:
+        for group in self.state.optimizer.param_groups:
             group["lr"] = self._rate
 
     def _body(self) -> None:
-        setting = self.setting
-        optimizer: Any = setting.optimizer
-        with matmul_precision(setting.products.forward):
+        state = self.state
+        optimizer: Any = state.optimizer
+        with matmul_precision(state.products.forward):
             loss = self.objective.loss_of(self._shown, self._poses)
         optimizer.zero_grad(set_to_none=True)
-        with matmul_precision(setting.products.backward):
+        with matmul_precision(state.products.backward):
             loss.backward()
-        norm = setting.gradient_norm()
-        finite = torch.isfinite(norm).float() * self._learns
-        optimizer.grad_scale = (norm / setting.clip).clamp(min=1.0)
+        norm = state.gradient_norm()
+        finite = torch.isfinite(norm).float() * self._enabled
+        optimizer.grad_scale = (norm / state.clip).clamp(min=1.0)
         optimizer.found_inf = 1.0 - finite
         optimizer.step()
         learned = torch.where(finite > 0, loss.detach(), 0.0)
@@ -175,19 +175,19 @@ class CapturedStep(BranchlessStep):
         self._graph.replay()
 
     def _captured(self) -> torch.cuda.CUDAGraph:
-        self._adopt_rate()
+        self._bind_rate()
         graph, stream = torch.cuda.CUDAGraph(), torch.cuda.Stream()
         try:
             stream.wait_stream(torch.cuda.current_stream())
             with torch.cuda.stream(stream), warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # of an optimiser that could be captured and is not
-                self._learns.zero_()
+                self._enabled.zero_()
                 for _ in range(WARM_UPS):
                     self._body()
-                self._learns.fill_(1.0)
+                self._enabled.fill_(1.0)
                 self._sums.zero_()
             torch.cuda.current_stream().wait_stream(stream)
-            self.setting.optimizer.zero_grad(set_to_none=True)
+            self.state.optimizer.zero_grad(set_to_none=True)
             with torch.cuda.graph(graph):
                 self._body()
         except RuntimeError as error:

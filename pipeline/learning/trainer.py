@@ -21,7 +21,7 @@ from pipeline.learning.memory import keep_freed_memory
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.objective import make_objective
 from pipeline.learning.precision import Products, matmul_precision
-from pipeline.learning.step import CapturedStep, EagerStep, Setting, TrainingError, is_captured
+from pipeline.learning.step import CapturedStep, EagerStep, TrainingError, TrainState, is_captured
 from pipeline.progress import LOGGER, bar
 from pipeline.settings import TrainConfig
 from robots import Robot
@@ -78,11 +78,11 @@ class Trainer:
             fused=True,
             capturable=captured,
         )
-        setting = Setting(
+        state = TrainState(
             self.objective, self.network, self.optimizer, self.products, train.gradient_clip
         )
         self._step: EagerStep | CapturedStep = (
-            CapturedStep(setting, train.batch_size) if captured else EagerStep(setting)
+            CapturedStep(state, train.batch_size) if captured else EagerStep(state)
         )
 
     def fit(self, train: PoseSet, validation: PoseSet) -> Progress:
@@ -169,7 +169,7 @@ class Trainer:
         with matmul_precision(self.products.forward):
             position, rotation = self.objective.errors(held_out)
         done = progress.step
-        self._step.settle(progress)
+        self._step.flush(progress)
         row = {
             "step": done,
             "samples": done * self.train.batch_size,
@@ -201,7 +201,7 @@ class Trainer:
     def _save(self, progress: Progress) -> None:
         path = self.run.checkpoint
         if path is not None:
-            self._step.settle(progress)
+            self._step.flush(progress)
             checkpoint.save(
                 path, self.run.digest, progress, self.network, self.optimizer, self.best
             )

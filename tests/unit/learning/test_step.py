@@ -1,4 +1,4 @@
-"""The step that can be captured takes the host's decisions itself, and decides alike."""
+"""The step that can be captured needs no decision of the host, and decides alike."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from torch.utils._python_dispatch import TorchDispatchMode
 from pipeline.config import compose
 from pipeline.learning.checkpoint import Progress
 from pipeline.learning.networks import CycleIkMlp, build_network
-from pipeline.learning.step import BranchlessStep, EagerStep, Setting, is_captured
+from pipeline.learning.step import BranchlessStep, EagerStep, TrainState, is_captured
 from pipeline.learning.trainer import Run, Trainer, TrainingError
 from pipeline.settings import Config
 from robots import Robot, load_robot
@@ -34,7 +34,7 @@ def batches(robot: Robot) -> tuple[torch.Tensor, torch.Tensor]:
     return tuple(torch.as_tensor(v, dtype=torch.float32).reshape(shape) for v in (poses, joints))
 
 
-class HostSaw(Exception):  # noqa: N818 - what a captured step must not do
+class HostSync(Exception):  # noqa: N818 - what a captured step must not do
     """A number left its device, or a tensor was made of numbers of the host."""
 
 
@@ -47,7 +47,7 @@ class Watched(TorchDispatchMode):
         self, func: Any, types: Any, args: Any = (), kwargs: Any = None
     ) -> object:
         if any(name in str(func) for name in self.REFUSED):
-            raise HostSaw(str(func))
+            raise HostSync(str(func))
         return func(*args, **(kwargs or {}))
 
 
@@ -55,23 +55,21 @@ def made(robot: Robot, kind: type, *overrides: str) -> tuple[EagerStep | Branchl
     config: Config = compose([*SMALL, *overrides])
     torch.manual_seed(5)
     trainer = Trainer(robot, build_network(robot, config.model), config.train, Run(0, "", "step"))
-    setting = Setting(
+    state = TrainState(
         trainer.objective,
         trainer.network,
         trainer.optimizer,
         trainer.products,
         config.train.gradient_clip,
     )
-    return (
-        BranchlessStep(setting, SIZE) if kind is BranchlessStep else EagerStep(setting)
-    ), trainer
+    return (BranchlessStep(state, SIZE) if kind is BranchlessStep else EagerStep(state)), trainer
 
 
 def run(step: EagerStep | BranchlessStep, batches: Any, trainer: Trainer) -> Progress:
     progress = Progress()
     for poses, joints in zip(*batches, strict=True):
         step(poses, joints, progress, STEPS, trainer.learning_rate(progress.step, STEPS))
-    step.settle(progress)
+    step.flush(progress)
     return progress
 
 
@@ -122,7 +120,7 @@ def test_nothing_in_it_needs_the_host(robot: Robot, batches: Any) -> None:
     with Watched():
         step._body()
     eager, _ = made(robot, EagerStep)
-    with pytest.raises(HostSaw), Watched():
+    with pytest.raises(HostSync), Watched():
         eager(poses[0], joints[0], Progress(), STEPS, 1e-3)
 
 
