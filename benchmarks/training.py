@@ -34,6 +34,7 @@ from pipeline.config import compose, group_choices
 from pipeline.data.dataset import PoseSet
 from pipeline.learning.checkpoint import Progress
 from pipeline.learning.networks import build_network, parameter_count
+from pipeline.learning.null_space import NullSpaceGenerator
 from pipeline.learning.objective import make_objective
 from pipeline.learning.precision import matmul_precision
 from pipeline.learning.trainer import Run, Trainer
@@ -96,15 +97,19 @@ def config_of(robot: str, model: str) -> Config:
     return compose([f"robot={robot}", f"profile={profile}", f"model={model}", "train.device=cpu"])
 
 
-def layer_operations(network: nn.Module, batch: int) -> float:
+def layer_operations(network: nn.Module, rows: int) -> float:
     """Operations of the linear layers in a step: forward, and backward to weights and inputs.
 
     The first layer needs no gradient of its input. Networks without such layers count as zero.
+
+    Args:
+        network: The network.
+        rows: Answers in a step: poses of a batch, times the answers that each of them gets.
     """
     layers = [module.weight for module in network.modules() if isinstance(module, nn.Linear)]
     if not layers:
         return 0.0
-    return 2.0 * batch * (3 * sum(weight.numel() for weight in layers) - layers[0].numel())
+    return 2.0 * rows * (3 * sum(weight.numel() for weight in layers) - layers[0].numel())
 
 
 def measure(robot: Robot, model: str, rounds: int) -> str:
@@ -147,7 +152,8 @@ def measure(robot: Robot, model: str, rounds: int) -> str:
         rate(call, 0.2)
     turns = [[rate(call, ROUND_S) for call in calls] for _ in range(rounds)]
     gain = median(own / other for own, other, *_ in turns)
-    operations = layer_operations(networks[0], batch)
+    answers = config.train.variance_samples if isinstance(networks[0], NullSpaceGenerator) else 1
+    operations = layer_operations(networks[0], batch * answers)
     weights = parameter_count(networks[0])
     shares, limits = [], []
     for own, _, products, transfers in turns:
