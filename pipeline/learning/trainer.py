@@ -62,6 +62,11 @@ class Trainer:
 
     def __init__(self, robot: Robot, network: nn.Module, train: TrainConfig, run: Run) -> None:
         self.device = pick_device(train.device)
+        if train.kinematics == "compiled" and self.device.type != "cpu":
+            raise TrainingError(
+                f"train.kinematics=compiled runs on the CPU, the training on {self.device}: "
+                "use auto, or train.device=cpu"
+            )
         self.network = network.to(self.device)
         self.train = train
         self.run = run
@@ -194,7 +199,8 @@ class Trainer:
         found = checkpoint.restore(path, self.run.digest, self.network, self.optimizer)
         if found is None:
             return Progress()
-        progress, self.best = found
+        progress, best = found
+        self.best = {name: value.to(self.device) for name, value in best.items()}
         LOGGER.info("going on from step %d of %d", progress.step, total)
         return progress
 

@@ -17,7 +17,13 @@ from pipeline.settings import Config
 from robots import Robot, load_robot
 
 SIZE, STEPS = 40, 25
-SMALL = ["profile=smoke", "model=tiny", f"train.batch_size={SIZE}", "train.kinematics=products"]
+SMALL = [
+    "profile=smoke",
+    "model=tiny",
+    f"train.batch_size={SIZE}",
+    "train.kinematics=products",
+    "train.device=cpu",
+]
 CPU, CUDA = torch.device("cpu"), torch.device("cuda")
 
 
@@ -140,3 +146,12 @@ def test_only_what_can_be_captured_is(robot: Robot) -> None:
         asked(CPU, "train.step=captured")
     with pytest.raises(TrainingError, match="one shape for every batch"):
         asked(CUDA, "train.step=captured", "model=compact")
+
+
+def test_compiled_kinematics_are_refused_where_they_cannot_run(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipeline.learning.trainer.pick_device", lambda name: CUDA)
+    config = compose(["profile=smoke", "model=tiny", "train.kinematics=compiled"])
+    with pytest.raises(TrainingError, match=r"compiled runs on the CPU, .* cuda: use auto"):
+        Trainer(robot, build_network(robot, config.model), config.train, Run(0, "", "step"))
