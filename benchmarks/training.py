@@ -7,16 +7,17 @@ The project is to be installed (`pip install -e .`). In turns, within one run, i
 - steps of the trainer with the settings of conf/train (and of Table I for the model `paper`);
 - steps of a plain eager loop on the same batches: float32, autograd through pytorch-kinematics,
   Adam tensor by tensor, the loss read after every step; losses and network are the same;
-- a large float32 matrix product by the faster of PyTorch's libraries that does not round, and a sum
-  of two large arrays: what this machine can compute and move at best.
+- a large float32 matrix product, as PyTorch computes it by default and by the faster of its
+  libraries that does not round, and a sum of two large arrays: what this machine can do at best.
 
 Prints a Markdown table with a row for each robot and model: samples per second of both loops and
-their ratio, the share of the matrix product's rate that the trainer's step reaches with its linear
-layers alone, and the share that memory leaves: every weight is read for the forward and the
-backward pass and its gradient written beside the products, then the norm of the gradient and Adam
-move 32 bytes a weight. Small batches spend more on that than on products. Each figure is a median
-over rounds, and ratios are medians of the ratios within a round, so that load from elsewhere falls
-on both sides. A figure that misses its limit is marked with `!`.
+their ratio; the share of the faster product's rate (`peak`) that the trainer's step reaches with
+its linear layers alone, the share of it that memory leaves, and the share of the default product's
+rate. Memory: every weight is read for the forward and the backward pass and its gradient written
+beside the products, then the norm of the gradient and Adam move 32 bytes a weight. Small batches
+spend more on that than on products. Each figure is a median over rounds, and ratios are medians of
+the ratios within a round, so that load from elsewhere falls on both sides. A figure that misses its
+limit is marked with `!`.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ BESIDE, AFTER = 12, 32  # bytes a weight: read twice and its gradient written; n
 ARRAY = 2**24  # float32 numbers, more than caches hold
 HEAD = (
     "| robot | model | parameters | batch | trainer /s | plain /s | gain | share of peak "
-    "| memory leaves |"
+    "| memory leaves | share of default |"
 )
 
 
@@ -144,10 +145,13 @@ def measure(robot: Robot, model: str, rounds: int) -> str:
         with matmul_precision(trainer.products.forward):
             torch.matmul(left, right)
 
+    def default_product() -> None:
+        torch.matmul(left, right)
+
     def transfer() -> None:
         torch.add(first, second, out=total)
 
-    calls = (ours, theirs, product, transfer)
+    calls = (ours, theirs, product, transfer, default_product)
     for call in calls:
         rate(call, 0.2)
     turns = [[rate(call, ROUND_S) for call in calls] for _ in range(rounds)]
@@ -155,9 +159,10 @@ def measure(robot: Robot, model: str, rounds: int) -> str:
     answers = config.train.variance_samples if isinstance(networks[0], NullSpaceGenerator) else 1
     operations = layer_operations(networks[0], batch * answers)
     weights = parameter_count(networks[0])
-    shares, limits = [], []
-    for own, _, products, transfers in turns:
+    shares, limits, of_default = [], [], []
+    for own, _, products, transfers, default in turns:
         computed_s = operations / (products * 2.0 * MATRIX**3)
+        of_default.append(own * operations / (default * 2.0 * MATRIX**3))
         weight_s = weights / (transfers * 3 * 4 * ARRAY)
         shares.append(own * computed_s)
         limits.append(computed_s / (max(computed_s, BESIDE * weight_s) + AFTER * weight_s))
@@ -175,6 +180,7 @@ def measure(robot: Robot, model: str, rounds: int) -> str:
         f"{gain:.2f}{' !' if missed[0] else ''}",
         f"{share:.2f}{' !' if missed[1] else ''}" if operations else "–",
         f"{limit:.2f}" if operations else "–",
+        f"{median(of_default):.2f}" if operations else "–",
     ]
     return f"| {' | '.join(cells)} |"
 
@@ -187,7 +193,7 @@ def main() -> None:
     options = parser.parse_args()
     print(
         f"{torch.get_num_threads()} threads; limits: gain {GAIN_LIMIT} ({', '.join(GAIN_MODELS)}), "
-        f"share {SHARE_LIMIT} ({', '.join(SHARE_MODELS)})\n\n{HEAD}\n" + "|---" * 9 + "|"
+        f"share {SHARE_LIMIT} ({', '.join(SHARE_MODELS)})\n\n{HEAD}\n" + "|---" * 10 + "|"
     )
     for model in options.models:
         for name in options.robots:
