@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from functools import cache
 from itertools import product
 from pathlib import Path
+from threading import Lock
 from typing import Any, cast
 
 import yaml
@@ -24,6 +25,8 @@ from pipeline.settings import Config
 
 CONF_DIR = Path(__file__).resolve().parent.parent / "conf"
 ROOT_KEYS_OF_YAML = {"from": "source"}  # train.from: a Python keyword cannot name a field
+
+COMPOSING = Lock()  # Hydra holds its state once for all threads of a process
 
 
 def compose(overrides: Sequence[str] = ()) -> Config:
@@ -123,7 +126,7 @@ def _parse(overrides: Sequence[str]) -> list[Override]:
 
 def _compose_raw(overrides: Sequence[str]) -> DictConfig:
     try:
-        with initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
+        with COMPOSING, initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
             return hydra_compose(config_name="config", overrides=list(overrides))
     except yaml.YAMLError as error:
         raise ConfigError(
