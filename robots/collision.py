@@ -12,7 +12,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import pinocchio
 from numpy.typing import NDArray
 
 from robots.bodies import Bodies, adjacent_pairs, separable_pairs
@@ -85,6 +84,9 @@ class ExactChecker:
     """
 
     def __init__(self, urdf: Urdf, driven: dict[str, Drive], pairs: Iterable[Pair]) -> None:
+        import pinocchio  # takes a while, and kinematics can do without
+
+        self._library: Any = pinocchio
         self._driven = driven
         self.model: Any
         self.geometry: Any
@@ -97,14 +99,14 @@ class ExactChecker:
                         self.geometry.getGeometryId(f"{n}_{k}")
                         for n, k in ((first, a), (second, b))
                     ]
-                    self.geometry.addCollisionPair(pinocchio.CollisionPair(*ids))
+                    self.geometry.addCollisionPair(self._library.CollisionPair(*ids))
         self._data = self.model.createData()
         self._geometry_data = self.geometry.createData()
 
     def in_collision(self, joints: Array) -> NDArray[np.bool_]:
         """Whether any pair touches, (N,) for (N, dof) in rad or m."""
         answers = [
-            pinocchio.computeCollisions(
+            self._library.computeCollisions(
                 self.model, self._data, self.geometry, self._geometry_data, position, True
             )
             for position in expand(self.model, self._driven, joints)
@@ -119,11 +121,11 @@ class ExactChecker:
             pairs: Rows of `Shapes.pair_shapes`.
         """
         position = expand(self.model, self._driven, q[None])[0]
-        pinocchio.updateGeometryPlacements(
+        self._library.updateGeometryPlacements(
             self.model, self._data, self.geometry, self._geometry_data, position
         )
         for pair in pairs:
-            yield pinocchio.computeCollision(self.geometry, self._geometry_data, int(pair))
+            yield self._library.computeCollision(self.geometry, self._geometry_data, int(pair))
 
     def boxes(self) -> dict[str, Array]:
         """Corners (2, 3) of the box around each shape in its own frame, m, by name."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pinocchio
 from numpy.typing import NDArray
 
 from robots.chain import Drive
@@ -33,6 +32,8 @@ def reduced_model(
     Raises:
         UrdfError: If a collision mesh is there but cannot be read.
     """
+    import pinocchio  # takes a while, and kinematics can do without
+
     xml = write_urdf(urdf, root, shapes=shapes)
     model = pinocchio.buildModelFromXML(xml)
     locked, position = [], pinocchio.neutral(model)
