@@ -21,7 +21,7 @@ environment:
 
 reproduce: environment
 	@dvc repro
-	@python -m pipeline where
+	@python -m pipeline paths
 
 test: lint types unit
 

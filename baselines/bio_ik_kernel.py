@@ -27,7 +27,13 @@ from baselines.bio_ik_species import (
     select,
 )
 from baselines.clock import now_ns, pose_key
-from baselines.linearise import aim, find_error, find_frames, find_jacobian, new_linearisation
+from baselines.linearise import (
+    find_error,
+    find_frames,
+    find_jacobian,
+    new_linearisation,
+    set_target,
+)
 
 __all__ = ["FOUND", "OUT_OF_ITERATIONS", "OUT_OF_TIME", "BioOptions", "evolve_rows"]
 
@@ -75,7 +81,7 @@ def _step(chain, pose, options, key, counter, at, s, k):  # type: ignore[no-unty
 def _evolve(chain, pose, initial, options, at, s, timespec, best):  # type: ignore[no-untyped-def]
     """Solve one pose; writes the best joints and returns (status, steps)."""
     began = now_ns(timespec)
-    aim(pose, at)
+    set_target(pose, at)
     key = pose_key(pose)
     counter = 0
     for k in range(options.species):

@@ -66,7 +66,7 @@ def descend(chain: TorchChain, work: Descents, options: LmOptions) -> Descents:
     Args:
         chain: The chain, on the device and in the precision of `work`.
         work: Descents that have not begun; left as they are.
-        options: Tolerances, damping, patience and freezes; budgets are those of `work`.
+        options: Tolerances, damping, patience and active-set passes; budgets are those of `work`.
     """
     result = Descents.start(work.goal, work.target, work.joints, work.limit)
     look_every = LOOK_EVERY.get(work.joints.device.type, LOOK_EVERY["cuda"])
@@ -117,7 +117,9 @@ def _tick(
         active &= squared <= 0.5 * reference
         reference = squared
     damping = options.damping + options.damping_gain * squared
-    step = limited_step(chain, part.joints, at.jacobian, at.error, damping, options.freezes)
+    step = limited_step(
+        chain, part.joints, at.jacobian, at.error, damping, options.max_active_set_passes
+    )
     moved = torch.clamp(part.joints + step, chain.lower, chain.upper)
     part.joints = torch.where(active, moved, part.joints)
     part.iterations = part.iterations + active
@@ -130,7 +132,7 @@ def limited_step(
     jacobian: Tensor,
     error: Tensor,
     damping: Tensor,
-    freezes: int,
+    max_active_set_passes: int,
 ) -> Tensor:
     """Damped steps (dof, N) with joints frozen that stand at a limit and push outward.
 
@@ -140,12 +142,12 @@ def limited_step(
         jacobian: (dof, 6, N) one row a joint.
         error: (6, N) from tip to target [m, rad].
         damping: (N,) λ > 0.
-        freezes: How often a step is solved again with joints frozen.
+        max_active_set_passes: How often a step is solved again with joints frozen.
     """
     step = (jacobian * damped_solve(jacobian, jacobian, error, damping)).sum(1)
     at_lower, at_upper = joints <= chain.lower, joints >= chain.upper
     free = torch.ones_like(at_lower)
-    for _ in range(freezes):
+    for _ in range(max_active_set_passes):
         pushing = (at_lower & (step < 0.0)) | (at_upper & (step > 0.0))
         free &= ~pushing
         if joints.device.type == "cpu":

@@ -23,7 +23,7 @@ class Linearisation(NamedTuple):
     """Arrays that `linearise` writes for one configuration.
 
     Attributes:
-        goal: (3, 3) rotation of the target, set by `aim`.
+        goal: (3, 3) rotation of the target, set by `set_target`.
         axes: (m, 3) joint axes in the base frame.
         origins: (m, 3) points on the joint axes in the base frame [m].
         error: (6,) from tip to target: distance [m], then rotation vector [rad], axes of the base.
@@ -56,7 +56,7 @@ def new_linearisation(joints, dof):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def aim(pose, at):  # type: ignore[no-untyped-def]
+def set_target(pose, at):  # type: ignore[no-untyped-def]
     """Set the target rotation from a pose (7,) with a unit quaternion."""
     w, x, y, z = pose[3], pose[4], pose[5], pose[6]
     at.goal[0, 0] = 1 - 2 * (y * y + z * z)

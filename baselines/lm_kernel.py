@@ -24,13 +24,13 @@ from baselines.clock import now_ns, pose_key, uniform
 from baselines.damped_solve import damped_solve
 from baselines.linearise import (
     Linearisation,
-    aim,
     find_error,
     find_frames,
     find_jacobian,
     new_linearisation,
+    set_target,
 )
-from baselines.memory import find_distances, take_nearest
+from baselines.seed_library import find_distances, take_nearest
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ class LmOptions(NamedTuple):
         damping: Constant part of λ [m² and rad²].
         damping_gain: λ per squared error.
         patience: Iterations within which the squared error has to halve.
-        freezes: How often a step is solved again with joints frozen.
+        max_active_set_passes: How often a step is solved again with joints frozen.
         iterations: Iterations per pose, summed over starts.
         starts: Seeds and random configurations tried per pose.
         time_ns: Time per pose [ns], 0 for no limit.
@@ -57,7 +57,7 @@ class LmOptions(NamedTuple):
     damping: float
     damping_gain: float
     patience: int
-    freezes: int
+    max_active_set_passes: int
     iterations: int
     starts: int
     time_ns: int
@@ -76,7 +76,7 @@ class _Scratch(NamedTuple):
 
 
 @njit(cache=True)
-def _scratch(joints, dof, memory):  # type: ignore[no-untyped-def]
+def _scratch(joints, dof, library):  # type: ignore[no-untyped-def]
     return _Scratch(
         new_linearisation(joints, dof),
         np.empty(6),
@@ -84,16 +84,16 @@ def _scratch(joints, dof, memory):  # type: ignore[no-untyped-def]
         np.empty(dof, dtype=np.bool_),
         np.empty(dof),
         np.empty(2, dtype=np.int64),
-        np.empty(memory.joints.shape[0], dtype=np.float32),
+        np.empty(library.joints.shape[0], dtype=np.float32),
     )
 
 
 @njit(cache=True)
-def _step(chain, s, damping, freezes):  # type: ignore[no-untyped-def]
+def _step(chain, s, damping, max_active_set_passes):  # type: ignore[no-untyped-def]
     """Move s.q by one damped step inside the limits, freezing joints that push outward."""
     dof = s.q.shape[0]
     s.free[:] = True
-    for _ in range(freezes + 1):
+    for _ in range(max_active_set_passes + 1):
         damped_solve(s.at.jacobian, s.free, s.at.error, damping, s.solved)
         frozen = False
         for k in range(dof):
@@ -116,19 +116,19 @@ def _step(chain, s, damping, freezes):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _start(chain, pose, seeds, memory, key, attempt, s):  # type: ignore[no-untyped-def]
+def _start(chain, pose, seeds, library, key, attempt, s):  # type: ignore[no-untyped-def]
     """The `attempt`-th start: the seeds in order, then near remembered ones, then random ones."""
     seeded = seeds.shape[0]
-    known = seeded + memory.neighbours
+    known = seeded + library.neighbours
     dof = s.q.shape[0]
     nearest = 0
     if seeded <= attempt < known:
         if attempt == seeded:
-            find_distances(memory, pose, s.at.goal, s.distances)
+            find_distances(library, pose, s.at.goal, s.distances)
         nearest = take_nearest(s.distances)
     for k in range(dof):
         if attempt < known:
-            value = seeds[attempt, k] if attempt < seeded else memory.joints[nearest, k]
+            value = seeds[attempt, k] if attempt < seeded else library.joints[nearest, k]
             s.q[k] = min(max(value, chain.lower[k]), chain.upper[k])
         else:
             share = uniform(key, (attempt - known) * dof + k)
@@ -136,17 +136,17 @@ def _start(chain, pose, seeds, memory, key, attempt, s):  # type: ignore[no-unty
 
 
 @njit(cache=True)
-def _refine_one(chain, pose, seeds, memory, options, s, best):  # type: ignore[no-untyped-def]
+def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[no-untyped-def]
     """Solve one pose; writes the best joints and returns (status, iterations, starts)."""
     started = now_ns(s.timespec) if options.time_ns > 0 else 0
     position2 = options.position_tolerance_m**2
     rotation2 = options.rotation_tolerance_rad**2
-    aim(pose, s.at)
+    set_target(pose, s.at)
     key = pose_key(pose)
     least = np.inf
     iterations = 0
     for attempt in range(options.starts):
-        _start(chain, pose, seeds, memory, key, attempt, s)
+        _start(chain, pose, seeds, library, key, attempt, s)
         since, reference = 0, np.inf
         while True:
             find_frames(chain, s.q, s.at)
@@ -173,7 +173,12 @@ def _refine_one(chain, pose, seeds, memory, options, s, best):  # type: ignore[n
             if since == 0:
                 reference = squared
             find_jacobian(chain, s.at)
-            _step(chain, s, options.damping + options.damping_gain * squared, options.freezes)
+            _step(
+                chain,
+                s,
+                options.damping + options.damping_gain * squared,
+                options.max_active_set_passes,
+            )
             iterations += 1
             since += 1
     return OUT_OF_STARTS, iterations, options.starts
@@ -181,21 +186,21 @@ def _refine_one(chain, pose, seeds, memory, options, s, best):  # type: ignore[n
 
 @njit(cache=True)
 def refine_rows(  # type: ignore[no-untyped-def]
-    chain, poses, seeds, memory, options, joints, status, iterations, starts, time_ns
+    chain, poses, seeds, library, options, joints, status, iterations, starts, time_ns
 ):
     """Solve a batch on one thread."""
-    s = _scratch(chain.prismatic.shape[0], joints.shape[1], memory)
+    s = _scratch(chain.prismatic.shape[0], joints.shape[1], library)
     for row in range(poses.shape[0]):
         began = now_ns(s.timespec)
         status[row], iterations[row], starts[row] = _refine_one(
-            chain, poses[row], seeds[row], memory, options, s, joints[row]
+            chain, poses[row], seeds[row], library, options, s, joints[row]
         )
         time_ns[row] = now_ns(s.timespec) - began
 
 
 @njit(cache=True, parallel=True)
 def refine_rows_parallel(  # type: ignore[no-untyped-def]
-    chain, poses, seeds, memory, options, joints, status, iterations, starts, time_ns
+    chain, poses, seeds, library, options, joints, status, iterations, starts, time_ns
 ):
     """Compute `refine_rows` on all threads of numba; the same joints, bitwise."""
     block = 16
@@ -205,7 +210,7 @@ def refine_rows_parallel(  # type: ignore[no-untyped-def]
             chain,
             poses[r],
             seeds[r],
-            memory,
+            library,
             options,
             joints[r],
             status[r],

@@ -89,6 +89,8 @@ class Solver(ABC):
         budgets: Budgets that the solver heeds, of "time_s" and "iterations". One that heeds none
             (an analytical solver) takes any budget and needs none.
         mimics: Whether it can solve a chain where one joint mimics another.
+        always_answers: Whether every answer counts with its own error, found or not, as a network's
+            does in the paper.
         robot: The robot that it solves for.
         budget: Used where `solve` gets none.
         settings: Its YAML with overrides, as the registry made it; empty where made by hand.
@@ -98,6 +100,7 @@ class Solver(ABC):
     requires: ClassVar[tuple[str, ...]] = ()
     budgets: ClassVar[frozenset[str]] = frozenset({"time_s", "iterations"})
     mimics: ClassVar[bool] = True
+    always_answers: bool = False
 
     def __init__(
         self, robot: Robot, *, time_s: float | None = None, iterations: int | None = None
@@ -107,7 +110,7 @@ class Solver(ABC):
         self.lower = np.array(robot.lower, dtype=np.float64)
         self.upper = np.array(robot.upper, dtype=np.float64)
         unbounded = time_s is None and iterations is None
-        self.budget = None if unbounded else self._heeded(Budget(time_s, iterations))
+        self.budget = None if unbounded else self._validated_budget(Budget(time_s, iterations))
 
     @classmethod
     def skip(cls, robot: Robot | None = None) -> str | None:
@@ -142,7 +145,7 @@ class Solver(ABC):
         seeds = check_initial(
             initial, len(targets), np.asarray(self.robot.home), self.lower, self.upper
         )
-        chosen = self.budget if budget is None else self._heeded(budget)
+        chosen = self.budget if budget is None else self._validated_budget(budget)
         if len(targets) == 0:
             return Solution.empty(0, self.robot.dof)
         return self._solve_batch(targets, seeds, chosen)
@@ -156,7 +159,7 @@ class Solver(ABC):
     ) -> Solution:
         """Solve checked poses (N, 7), N > 0, from initial guesses (N, dof) inside the limits."""
 
-    def _heeded(self, budget: Budget) -> Budget:
+    def _validated_budget(self, budget: Budget) -> Budget:
         given = {kind for kind in ("time_s", "iterations") if getattr(budget, kind) is not None}
         if self.budgets and not given & self.budgets:
             raise BudgetError(

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from baselines import lm_kernel
 from baselines.lm_kernel import LmOptions
-from baselines.memory import Memory, no_memory
 from baselines.protocol import OUT_OF_ITERATIONS, OUT_OF_TIME, Solution
+from baselines.seed_library import SeedLibrary, empty_seed_library
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -75,7 +75,7 @@ def refine(
     seeds: Array,
     options: LmOptions,
     threads: int = 1,
-    memory: Memory | None = None,
+    library: SeedLibrary | None = None,
 ) -> Refined:
     """Descend from each pose's seeds in order, then from random configurations, until solved.
 
@@ -87,7 +87,7 @@ def refine(
         seeds: (N, K, dof) configurations to start from, moved into the limits; K may be 0.
         options: Tolerances, damping and budget.
         threads: Threads of numba to use; 0 for all.
-        memory: Configurations to start from after the seeds, the nearest first.
+        library: Configurations to start from after the seeds, the nearest first.
     """
     count, dof = len(poses), robot.dof
     result = Refined(
@@ -102,7 +102,7 @@ def refine(
         robot.chain,
         np.ascontiguousarray(poses, dtype=np.float64),
         np.ascontiguousarray(seeds, dtype=np.float64),
-        no_memory(dof) if memory is None else memory,
+        empty_seed_library(dof) if library is None else library,
         options,
         result.joints,
         result.status,

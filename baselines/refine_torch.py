@@ -17,9 +17,9 @@ from torch import Tensor
 from baselines.errors import SettingError
 from baselines.linearise_torch import TorchChain
 from baselines.lm_kernel import LmOptions
-from baselines.memory import Memory
 from baselines.refine import Refined
-from baselines.rounds_torch import Place, solve_rounds
+from baselines.rounds_torch import DeviceChain, solve_rounds
+from baselines.seed_library import SeedLibrary
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -33,7 +33,7 @@ DEVICES, PRECISIONS = ("auto", "cpu", "cuda"), ("float64", "mixed")
 LEAST_MIXED_TOLERANCE = 2.0e-5
 
 
-def refine_place(robot: Robot, device: str, precision: str) -> Place:
+def refine_place(robot: Robot, device: str, precision: str) -> DeviceChain:
     """Bring a robot's chain to a device.
 
     Args:
@@ -56,15 +56,17 @@ def refine_place(robot: Robot, device: str, precision: str) -> Place:
     place = torch.device(device)
     exact = TorchChain(robot.chain, torch.float64, place)
     mixed = precision == "mixed"
-    return Place(place, exact, TorchChain(robot.chain, torch.float32, place) if mixed else exact)
+    return DeviceChain(
+        place, exact, TorchChain(robot.chain, torch.float32, place) if mixed else exact
+    )
 
 
 def refine_torch(
-    place: Place,
+    place: DeviceChain,
     poses: Array | Tensor,
     seeds: Array | Tensor,
     options: LmOptions,
-    memory: Memory | None = None,
+    library: SeedLibrary | None = None,
 ) -> Refined:
     """Descend from each pose's seeds in order, then from random configurations, until solved.
 
@@ -77,7 +79,7 @@ def refine_torch(
             tensor on any device.
         seeds: (N, K, dof) configurations to start from, moved into the limits; K may be 0.
         options: Tolerances, damping and budget.
-        memory: Configurations to start from after the seeds, the nearest first.
+        library: Configurations to start from after the seeds, the nearest first.
 
     Raises:
         SettingError: The tolerances are too fine for mixed precision.
@@ -93,7 +95,7 @@ def refine_torch(
     given = torch.as_tensor(seeds, dtype=torch.float64, device=place.device)
     deadline = began + options.time_ns * 1e-9 * len(targets) if options.time_ns else None
     solved = [
-        solve_rounds(place, part, first, options, deadline, memory)
+        solve_rounds(place, part, first, options, deadline, library)
         for part, first in zip(
             targets.split(BATCH[place.device.type]),
             given.split(BATCH[place.device.type]),

@@ -19,8 +19,8 @@ from baselines import lm_kernel
 from baselines.descent_torch import Descents, descend
 from baselines.linearise_torch import TorchChain, target_frames
 from baselines.lm_kernel import LmOptions
-from baselines.memory import ROTATION_SHARE, Memory
 from baselines.random_torch import pose_keys, uniforms
+from baselines.seed_library import ROTATION_SHARE, SeedLibrary
 
 # Descents side by side that keep a device busy.
 FILL = {"cpu": 256, "cuda": 1 << 14}
@@ -30,7 +30,7 @@ UNDECIDED = -1
 NEIGHBOUR_BATCH = 2048
 
 
-class Place(NamedTuple):
+class DeviceChain(NamedTuple):
     """Where and how a batch is computed: what `refine_place` makes of a robot and two settings.
 
     Attributes:
@@ -64,12 +64,12 @@ class Outcome:
 
 
 def solve_rounds(
-    place: Place,
+    place: DeviceChain,
     poses: Tensor,
     seeds: Tensor,
     options: LmOptions,
     deadline: float | None,
-    memory: Memory | None,
+    library: SeedLibrary | None,
 ) -> Outcome:
     """Let poses (N, 7) descend round after round until every one is decided.
 
@@ -79,7 +79,7 @@ def solve_rounds(
         seeds: (N, K, dof) configurations to start from, float64, on the device.
         options: Tolerances, damping and budget.
         deadline: `time.perf_counter` after which no round begins [s]; None for no limit.
-        memory: Configurations to start from after the seeds, the nearest first.
+        library: Configurations to start from after the seeds, the nearest first.
     """
     count, device = len(poses), place.device
     none = torch.zeros(count, dtype=torch.int64, device=device)
@@ -95,9 +95,9 @@ def solve_rounds(
     rows = torch.arange(count, device=device)
     fresh = True
     while len(rows):
-        if memory is not None and (not fresh or seeds.shape[1] == 0):
-            seeds = _with_remembered(memory, poses, seeds, rows)
-            memory = None
+        if library is not None and (not fresh or seeds.shape[1] == 0):
+            seeds = _with_library_seeds(library, poses, seeds, rows)
+            library = None
         width = _width(len(rows), FILL[device.type], fresh)
         fresh = False
         attempts = outcome.starts[rows, None] + torch.arange(width, device=device)
@@ -122,24 +122,24 @@ def _width(poses: int, fill: int, fresh: bool) -> int:
     return 1 if fresh else min(MOST_AT_ONCE, max(1, fill // poses))
 
 
-def _with_remembered(memory: Memory, poses: Tensor, seeds: Tensor, rows: Tensor) -> Tensor:
+def _with_library_seeds(library: SeedLibrary, poses: Tensor, seeds: Tensor, rows: Tensor) -> Tensor:
     """Seeds (N, K + neighbours, dof); those behind the K given are filled in for some rows only."""
     goal, target = target_frames(poses[rows])
     centre, scale = (
-        torch.as_tensor(v, device=poses.device)[:, None] for v in (memory.centre, memory.scale)
+        torch.as_tensor(v, device=poses.device)[:, None] for v in (library.centre, library.scale)
     )
     # The memory holds matrices row by row, frames here are column by column.
     turned = ROTATION_SHARE * goal.transpose(0, 1).flatten(0, 1)
     wanted = torch.cat(((target - centre) / scale, turned)).to(torch.float32)
-    features = torch.as_tensor(memory.features, device=poses.device)
+    features = torch.as_tensor(library.features, device=poses.device)
     nearest = []
     for part in wanted.split(NEIGHBOUR_BATCH, dim=1):
         distances = torch.zeros(part.shape[1], features.shape[1], device=poses.device)
         for value, remembered in zip(part, features, strict=True):
             distances += (remembered - value[:, None]).square()
-        nearest.append(distances.topk(memory.neighbours, largest=False).indices)
-    known = torch.as_tensor(memory.joints, device=poses.device)
-    more = seeds.new_zeros(len(seeds), memory.neighbours, seeds.shape[2])
+        nearest.append(distances.topk(library.neighbours, largest=False).indices)
+    known = torch.as_tensor(library.joints, device=poses.device)
+    more = seeds.new_zeros(len(seeds), library.neighbours, seeds.shape[2])
     more[rows] = known[torch.cat(nearest)]
     return torch.cat((seeds, more), dim=1)
 
@@ -165,7 +165,7 @@ def _starts(chain: TorchChain, seeds: Tensor, keys: Tensor, attempts: Tensor) ->
     return torch.where(attempts < count, torch.clamp(given, lower, upper), drawn)
 
 
-def _descend(place: Place, work: Descents, options: LmOptions) -> Descents:
+def _descend(place: DeviceChain, work: Descents, options: LmOptions) -> Descents:
     """Run descents; in mixed precision complete in float64 what float32 has found."""
     if place.fast is place.exact:
         return descend(place.exact, work, options)

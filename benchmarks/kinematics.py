@@ -24,7 +24,7 @@ import numpy as np
 import pinocchio
 
 from pipeline.config import compose
-from pipeline.data.spread import spread_of
+from pipeline.data.chunk_executor import chunk_executor
 from robots import Robot, available_robots, load_robot
 from robots.kinematics import jacobians_kernel, poses_kernel
 from robots.sampling import sample_configurations
@@ -91,7 +91,9 @@ def dataset(robot: Robot, processes: int) -> float:
     """Collision-free samples per second, starting the processes included."""
     sample_configurations(robot, 1, seed=1)  # compiled code is read from disk once
     start = time.perf_counter()
-    sample_configurations(robot, SAMPLES, seed=1, spread=spread_of(compose().engine, processes))
+    sample_configurations(
+        robot, SAMPLES, seed=1, executor=chunk_executor(compose().engine, processes)
+    )
     return SAMPLES / (time.perf_counter() - start)
 
 

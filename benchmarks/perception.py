@@ -62,7 +62,7 @@ def measured(name: str, pictures: int) -> Iterator[str]:
         for variant, values in VARIANTS.items():
             wrong: PerturbationConfig = replace(CONFIG.perception.perturbation, **values)
             camera = EyeCamera(robot, CONFIG.perception.eye, wrong)
-            things, false, errors = 0, 0, []
+            objects, false, errors = 0, 0, []
             for number in range(pictures):
                 draw = np.random.default_rng(number)
                 laid = lay_out(draw, CONFIG.detector.training, scene, CONFIG.grasp.objects)
@@ -76,7 +76,7 @@ def measured(name: str, pictures: int) -> Iterator[str]:
                 seen = see(image, detector, camera, heights)
                 looking.append(looked - begin)
                 detecting.append(time.thread_time() - looked)
-                things += len(laid)
+                objects += len(laid)
                 for each in seen:
                     if each.name in places:
                         there = places.pop(each.name)
@@ -85,7 +85,7 @@ def measured(name: str, pictures: int) -> Iterator[str]:
                         false += 1
             mean, most = np.mean(errors), np.percentile(errors, 95)
             yield (
-                f"{name:6} {variant:18} {len(errors):>3}/{things:<3} {false:>6} {mean:6.1f} "
+                f"{name:6} {variant:18} {len(errors):>3}/{objects:<3} {false:>6} {mean:6.1f} "
                 f"{most:6.1f}" + limit(variant, mean, most)
             )
     yield (

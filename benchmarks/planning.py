@@ -105,7 +105,7 @@ def timed(
 def in_reach(robot: Robot, motion: Motion, tolerances: LmOptions) -> bool:
     if motion.route is None and motion.found.all():
         return True
-    return stays_in_reach(robot, motion.asked, tolerances)
+    return stays_in_reach(robot, motion.requested, tolerances)
 
 
 def line(name: str, plans: list[Plan]) -> str:

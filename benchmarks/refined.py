@@ -154,8 +154,8 @@ def smaller_batches(
     for robot in robots:
         cells = []
         for size in sizes:
-            asked = poses[robot.name][: min(size * QUERIES, len(poses[robot.name]))]
-            pair = compare(*solvers[robot.name], asked, size, rounds)
+            requested = poses[robot.name][: min(size * QUERIES, len(poses[robot.name]))]
+            pair = compare(*solvers[robot.name], requested, size, rounds)
             cells.append(f"{pair.refined_us:.1f} / {pair.lm_us:.1f} ({pair.ratio:.2f})")
         print(f"| {robot.name} | {' | '.join(cells)} |")
 

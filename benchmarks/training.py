@@ -38,7 +38,7 @@ from pipeline.learning.networks import build_network, parameter_count
 from pipeline.learning.null_space import NullSpaceGenerator
 from pipeline.learning.objective import make_objective
 from pipeline.learning.precision import matmul_precision
-from pipeline.learning.trainer import Run, Trainer
+from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.settings import Config
 from robots import Robot, available_robots, load_robot
 
@@ -120,7 +120,7 @@ def measure(robot: Robot, model: str, rounds: int) -> str:
     joints = robot.sample(POSES, seed=SEED, collision_free=False)
     torch.manual_seed(SEED)
     networks = [build_network(robot, config.model) for _ in range(2)]
-    trainer = Trainer(robot, networks[0], config.train, Run(SEED, "", "benchmark"))
+    trainer = Trainer(robot, networks[0], config.train, TrainingRun(SEED, "", "benchmark"))
     plain = Plain(robot, config, networks[1])
     data = PoseSet(robot.forward_kinematics(joints), joints)
     poses, made_from = trainer.tensor(data.poses), trainer.tensor(data.joints)

@@ -15,7 +15,7 @@ Benchmark for neural inverse kinematics and neuro-robotic grasping.
 
 Stages, in the order they build on each other:
 {stages}
-  all        every stage above but sample and contest, without DVC: robots=[...]
+  all        every stage above but sample and compare-tuned, without DVC: robots=[...]
   benchmark  evaluate the numerical solvers on all robots, unattended: benchmark profile=paper
   chat       talk to a robot at its table, by text or by speech: chat robot=nicol
 
@@ -25,9 +25,10 @@ Looking around:
   solvers    the inverse-kinematics solvers and what each needs
   compare    what two results folders changed, in configuration and figures: compare A B
   doctor     versions, threads, accelerator, and what is missing
-  where      where the tables, figures and the report are
+  paths      where the tables, figures and the report are
   table      Table II or III of the paper from the raw rows, in seconds: table table2
-  ship       put trained weights beside the robot's description: ship robot=panda
+  export-weights
+             put trained weights beside the robot's description: export-weights robot=panda
   readme     renew the table and the picture of README.md from the last run: readme [ROBOT]
 
 Overrides are Hydra's: robot=nico profile=smoke train.learning_rate=1.0e-4. With -m lists of values
@@ -35,6 +36,8 @@ are swept, each run in a results folder of its own: train -m train.loss=former,s
 `python -m pipeline <command> --help` says more; `make reproduce` runs everything through DVC.
 """
 BAD_INPUT, INTERRUPTED = 2, 130
+# Commands by their old names, for one release.
+ALIASES = {"contest": "compare-tuned", "ship": "export-weights", "where": "paths"}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -42,7 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     set_up_logging()
     if not arguments or arguments[0] in ("-h", "--help", "help"):
-        listed = "\n".join(f"  {name:<10} {what}" for name, what in STAGES.items())
+        listed = "\n".join(f"  {name:<13} {what}" for name, what in STAGES.items())
         print(USAGE.format(stages=listed), end="")
         return 0
     command, rest = arguments[0], arguments[1:]
@@ -66,6 +69,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _command(name: str) -> Callable[[list[str]], int]:
     from pipeline import commands
 
+    name = ALIASES.get(name, name)
     if name in STAGES:
         return lambda rest: commands.stage(name, rest)
     if name in commands.COMMANDS:

@@ -38,9 +38,9 @@ class Artifacts:
         """Folder of the hyperparameter search of a robot."""
         return self.root / "tune" / robot
 
-    def contest(self, robot: str) -> Path:
+    def compare_tuned(self, robot: str) -> Path:
         """Trainings of the best of a robot's search and of its rivals, at one budget."""
-        return self.root / "contest" / robot / "trainings.parquet"
+        return self.root / "compare_tuned" / robot / "trainings.parquet"
 
     def train(self, robot: str, model: str) -> Path:
         """Folder of the trained weights of a model for a robot."""

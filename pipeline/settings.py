@@ -116,8 +116,8 @@ class TrainConfig:
     warm_up_steps: int = MISSING
     weight_decay: float = MISSING
     gradient_clip: float = MISSING
-    head_share: float = MISSING
-    head_share_until: float = MISSING
+    mean_head_weight: float = MISSING
+    mean_head_weight_until: float = MISSING
     kinematics: str = MISSING
     negate_input: bool = MISSING
     device: str = MISSING
@@ -132,7 +132,7 @@ class TrainConfig:
     constraints: list[ConstraintConfig] = MISSING
     constraint_scale: float = MISSING
     keep: str = MISSING
-    repetition: int = MISSING
+    replicate: int = MISSING
     source: str = (
         MISSING  # `train.from` in YAML and on the command line: `from` is a Python keyword
     )
@@ -154,7 +154,7 @@ class TrainConfig:
         at_least("train.variance_weight", self.variance_weight, 0)
         at_least("train.variance_samples", self.variance_samples, 2)
         at_least("train.constraint_scale", self.constraint_scale, 0)
-        at_least("train.repetition", self.repetition, 0)
+        at_least("train.replicate", self.replicate, 0)
         one_of("train.from", self.source, ("default", "best"))
         for name in ("position_beta", "rotation_beta", "batch_size", "learning_rate", "epochs"):
             positive(f"train.{name}", getattr(self, name))
@@ -162,7 +162,7 @@ class TrainConfig:
             positive(f"train.{name}", getattr(self, name))
         for name in ("position_weight", "rotation_weight", "warm_up_steps", "weight_decay"):
             at_least(f"train.{name}", getattr(self, name), 0)
-        for name in ("head_share", "head_share_until"):
+        for name in ("mean_head_weight", "mean_head_weight_until"):
             within(f"train.{name}", getattr(self, name), 0, 1)
 
 

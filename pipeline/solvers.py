@@ -53,18 +53,18 @@ def is_neural(name: str) -> bool:
     return "weights" in settings(name)
 
 
-def check_solvers(asked: Mapping[str, Iterable[str]], robot: Robot) -> None:
+def check_solvers(requested: Mapping[str, Iterable[str]], robot: Robot) -> None:
     """Stop before anything is made if a solver is unknown or cannot run.
 
     Args:
-        asked: Names of solvers by the key of the configuration that lists them.
+        requested: Names of solvers by the key of the configuration that lists them.
         robot: The robot that they are for.
 
     Raises:
         UnknownSolverError: There is no solver of a name.
         SkippedSolver: One cannot run here or for this robot.
     """
-    for key, names in asked.items():
+    for key, names in requested.items():
         for name in names:
             settings(name)
             if reason := baselines.skip(name, robot):

@@ -62,7 +62,7 @@ Draw = Callable[[int], Samples]
 
 
 @dataclass(frozen=True)
-class Spread:
+class ChunkExecutor:
     """Other processes or machines that draw chunks.
 
     Attributes:
@@ -80,7 +80,7 @@ def sample_configurations(
     seed: int = 0,
     collision_free: bool = True,
     workspace_filter: bool = False,
-    spread: Spread | None = None,
+    executor: ChunkExecutor | None = None,
     progress: Progress | None = None,
 ) -> Samples:
     """Draw uniform configurations within the limits and keep those that pass the filters.
@@ -91,7 +91,7 @@ def sample_configurations(
         seed: Any non-negative integer.
         collision_free: Drop configurations in collision.
         workspace_filter: Drop those whose tip is outside `robot.workspace`.
-        spread: Who else draws, where the work is long enough to be worth it; None draws in this
+        executor: Who else draws, where the work is long enough to be worth it; None draws in this
             process. The result does not depend on it.
         progress: Called with the number of newly accepted samples now and then.
 
@@ -103,7 +103,7 @@ def sample_configurations(
     draw = partial(_chunk, robot, seed=seed, collide=collision_free, box=workspace_filter)
     kept: list[Samples] = []
     accepted = 0
-    for samples in _chunks(draw, count, spread):
+    for samples in _chunks(draw, count, executor):
         if accepted >= count:
             break
         kept.append(samples)
@@ -145,9 +145,9 @@ def _chunk(robot: Robot, number: int, seed: int, collide: bool, box: bool) -> Sa
     return Samples(joints, drawn, drawn - inside, inside - len(joints))
 
 
-def _chunks(draw: Draw, count: int, spread: Spread | None) -> Iterator[Samples]:
+def _chunks(draw: Draw, count: int, executor: ChunkExecutor | None) -> Iterator[Samples]:
     """Yield the chunks in order, without end; some here, the rest from whoever else draws."""
-    if spread is None:
+    if executor is None:
         yield from map(draw, itertools.count())
         return
     accepted, began = 0, time.perf_counter()
@@ -162,7 +162,7 @@ def _chunks(draw: Draw, count: int, spread: Spread | None) -> Iterator[Samples]:
         share = accepted / drawn  # of a chunk that is accepted, in samples
         missing = math.ceil(MARGIN * (count - accepted) / share) if share else TRIAL
         numbers = range(drawn, drawn + max(missing, 1))
-        here = pace * len(numbers) < spread.start_up_s
-        for samples in map(draw, numbers) if here else spread.draw(draw, numbers):
+        here = pace * len(numbers) < executor.start_up_s
+        for samples in map(draw, numbers) if here else executor.draw(draw, numbers):
             drawn, accepted = drawn + 1, accepted + len(samples.joints)
             yield samples

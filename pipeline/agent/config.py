@@ -91,14 +91,14 @@ class AgentConfig:
 
     kind: str = MISSING
     actions: list[str] = MISSING
-    longest_instruction: int = MISSING
-    longest_reply: int = MISSING
-    most_actions: int = MISSING
+    max_instruction_chars: int = MISSING
+    max_reply_chars: int = MISSING
+    max_actions: int = MISSING
     repeats: int = MISSING
-    most_turns: int = MISSING
+    max_turns: int = MISSING
     history: int = MISSING
     bodies: dict[str, str] = MISSING
-    senses: str = MISSING
+    perception: str = MISSING
     vocabulary: VocabularyConfig = field(default_factory=VocabularyConfig)
     endpoint: EndpointConfig = field(default_factory=EndpointConfig)
 
@@ -110,9 +110,9 @@ class AgentConfig:
                 one_of("agent.actions", action, KINDS)
             if "done" not in self.actions:
                 raise ValueError("agent.actions must have done: without it no instruction ends")
-        for name in ("longest_instruction", "longest_reply", "most_actions", "repeats"):
+        for name in ("max_instruction_chars", "max_reply_chars", "max_actions", "repeats"):
             positive(f"agent.{name}", getattr(self, name))
-        positive("agent.most_turns", self.most_turns)
+        positive("agent.max_turns", self.max_turns)
         at_least("agent.history", self.history, 0)
 
 

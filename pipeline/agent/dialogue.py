@@ -94,7 +94,7 @@ class Agent:
             The actions in order, targets named as in ``sightings``, or a problem.
         """
         self._instruction = _Instruction()
-        words = harmless(instruction, self._config.longest_instruction)
+        words = harmless(instruction, self._config.max_instruction_chars)
         return self._turn(words or SILENCE, sightings)
 
     def proceed(self, sightings: Sequence[Seen]) -> Turn:
@@ -117,7 +117,7 @@ class Agent:
         turn = self._answer(message, labels)
         self._transcript.add("assistant", turn.reply, turn.actions, turn.problem)
         if turn.reply:
-            kept = turn.reply[: self._config.longest_reply]
+            kept = turn.reply[: self._config.max_reply_chars]
             sendable = kept.encode(errors="replace").decode()  # without half a surrogate pair
             self._past += [message, Message("assistant", sendable)]
         return turn
@@ -126,10 +126,10 @@ class Agent:
         reply = ""
         config = self._config
         try:
-            if self._instruction.turns >= config.most_turns:
+            if self._instruction.turns >= config.max_turns:
                 raise ModelError(
                     Reason.TOO_MANY_TURNS,
-                    f"an instruction has at most {config.most_turns} turns, without <done/> so far",
+                    f"an instruction has at most {config.max_turns} turns, without <done/> so far",
                 )
             self._instruction.turns += 1
             shown = self._past[-2 * config.history :] if config.history else []
@@ -138,8 +138,8 @@ class Agent:
                 reply,
                 labels,
                 kinds=config.actions,
-                longest=config.longest_reply,
-                most=config.most_actions,
+                longest=config.max_reply_chars,
+                most=config.max_actions,
                 repeats=config.repeats,
             )
             self._check_progress(reply, actions)

@@ -25,12 +25,14 @@ def system_prompt(robot: str, config: AgentConfig) -> str:
         config: Bodies, senses and allowed actions.
     """
     body = config.bodies.get(robot) or UNKNOWN_BODY.format(name=robot)
-    return _render(body, config.senses, tuple(config.actions)).strip()
+    return _render(body, config.perception, tuple(config.actions)).strip()
 
 
-def _render(body: str, senses: str, actions: Sequence[str]) -> str:
+def _render(body: str, perception: str, actions: Sequence[str]) -> str:
     template = _environment().get_template(TEMPLATE)
-    return template.render(body=body, senses=senses, actions=actions, places=PLACES, faces=FACES)
+    return template.render(
+        body=body, perception=perception, actions=actions, places=PLACES, faces=FACES
+    )
 
 
 @cache

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from pipeline.commands.benchmark import benchmark
 from pipeline.commands.chat import chat
 from pipeline.commands.compare import compare
-from pipeline.commands.look import doctor, robot, robots, solvers, where
+from pipeline.commands.export_weights import export_weights
+from pipeline.commands.look import doctor, paths, robot, robots, solvers
 from pipeline.commands.readme import readme
 from pipeline.commands.run import everything, stage
-from pipeline.commands.ship import ship
 from pipeline.commands.table import table
 
 Command = Callable[[list[str]], int]
@@ -23,9 +23,9 @@ COMMANDS: dict[str, Command] = {
     "solvers": solvers,
     "compare": compare,
     "doctor": doctor,
-    "where": where,
+    "paths": paths,
     "readme": readme,
-    "ship": ship,
+    "export-weights": export_weights,
     "table": table,
 }
 

@@ -10,7 +10,7 @@ from pipeline.engine.config import LOCAL, EngineConfig
 from pipeline.engine.cores import usable_cores
 from pipeline.engine.running import one_machine, workers_of
 from pipeline.errors import PipelineError
-from pipeline.evaluation.side_by_side import Job, jobs_in_turns, run_jobs
+from pipeline.evaluation.side_by_side import EvaluationJob, jobs_in_turns, run_jobs
 from pipeline.solvers import check_solvers
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 
@@ -44,7 +44,7 @@ def benchmark(arguments: list[str]) -> int:
 
     alone = [item for item in overrides if not item.startswith(("engine=", "engine."))]
 
-    def command(job: Job, beside: int) -> list[str]:
+    def command(job: EvaluationJob, beside: int) -> list[str]:
         return [
             "evaluate",
             *alone,

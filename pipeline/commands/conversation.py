@@ -7,11 +7,11 @@ from pathlib import Path
 
 from pipeline.embodiment.body import Body
 from pipeline.embodiment.chat import Chat
+from pipeline.embodiment.grasp_all import agents
+from pipeline.embodiment.perception import make_perception
 from pipeline.embodiment.row import row_setup
-from pipeline.embodiment.senses import make_senses
+from pipeline.embodiment.scene_objects import SceneObjects
 from pipeline.embodiment.session import Session
-from pipeline.embodiment.things import Things
-from pipeline.embodiment.unspoken import agents
 from pipeline.grasping.scene import Scene
 from pipeline.grasping.trial import required_scene
 from pipeline.settings import Config
@@ -40,13 +40,13 @@ def converse(config: Config, robot: Robot) -> None:
     solver = solver_of(grasp.solver, robot, config)
     repair = solver_of(grasp.repair, robot, config) if grasp.repair else None
     detector = detector_of(robot, config) if config.perception.source == "camera" else None
-    senses = make_senses(config.perception, grasp, robot, detector)
+    perception = make_perception(config.perception, grasp, robot, detector)
     agent = agents(config.agent, robot.name)()
-    with Scene(robot, scene_config, grasp.engine, grasp.gui) as scene:
-        things = Things(scene, grasp, row_setup(grasp, robot.name, 0, config.seed))
-        scene.wait(grasp.engine.settle_s)
+    with Scene(robot, scene_config, grasp.physics, grasp.gui) as scene:
+        objects = SceneObjects(scene, grasp, row_setup(grasp, robot.name, 0, config.seed))
+        scene.wait(grasp.physics.settle_s)
         body = Body(scene, grasp, solver, repair)
-        session = Session(agent, body, senses, things, grasp.protocol.located)
+        session = Session(agent, body, perception, objects, grasp.protocol.located)
         conversation = Chat(
             session,
             robot.name.upper(),

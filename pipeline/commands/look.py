@@ -137,7 +137,7 @@ def _draw_robot(arguments: list[str]) -> int:
 
 
 @_plain
-def where() -> int:
+def paths() -> int:
     """Print where the tables, figures and the report of the default profile are."""
     folder = provenance.ROOT / "results" / bench_lists()["profile"]
     for name, path in (("tables", "tables"), ("figures", "figures"), ("report", "report.html")):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from importlib import import_module
 from pathlib import Path
 
 from omegaconf import OmegaConf
@@ -13,7 +12,7 @@ from pipeline.data.files import write_text
 from pipeline.errors import ConfigError, PipelineError, choices
 from pipeline.progress import LOGGER
 from pipeline.settings import Config
-from pipeline.stages import PER_ROBOT, STAGES, run_stage
+from pipeline.stages import PER_ROBOT, STAGES, run_stage, stage_module
 
 SWEEP_FLAGS = ("-m", "--multirun")
 HELP_FLAGS = ("-h", "--help")
@@ -102,7 +101,7 @@ def _refuse_flags(arguments: list[str]) -> None:
 
 
 def _help(name: str) -> int:
-    module = import_module(f"pipeline.stages.{name}")
+    module = stage_module(name)
     print(f"python -m pipeline {name} [key=value ...] [-m]\n\n{module.__doc__}")
     group = name if (CONF_DIR / name).is_dir() else None
     if group:

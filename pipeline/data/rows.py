@@ -12,7 +12,7 @@ from pipeline.data.files import write_text
 Row = dict[str, Any]
 
 
-class KeptRows:
+class RowCheckpoint:
     """Finished rows by key, in a file that grows by one line a row.
 
     Args:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pipeline.grasping.arm import Arm
 from pipeline.grasping.config import GraspConfig
 from pipeline.grasping.grasp import Grasp
-from pipeline.grasping.outcome import SUCCESS, Deed, Report, classify
+from pipeline.grasping.outcome import SUCCESS, ActionResult, GraspReport, classify
 from pipeline.grasping.point import Point
 from pipeline.grasping.push import Push
 from pipeline.grasping.scene import Scene
@@ -34,34 +34,34 @@ class Body:
         """Take the scene, in which the arm is at idle."""
         self.scene, self.config = scene, config
         self.arm = Arm(scene, config, solver, repair)
-        self.report = Report()
+        self.report = GraspReport()
 
-    def act(self, kind: str, place: Array, name: str, thing: int) -> Deed:
+    def act(self, kind: str, place: Array, name: str, object_id: int) -> ActionResult:
         """Grasp, push or point at what is believed to be at a place.
 
         Args:
             kind: `grasp`, `push` or `point`.
             place: Believed centre, base frame [m], shape (3,).
             name: What is believed to be there, which says how high it is.
-            thing: PyBullet's number of the body that the outcome is judged by.
+            object_id: PyBullet's number of the body that the outcome is judged by.
 
         Returns:
             What it came to; the arm is at idle again.
         """
-        self.scene.thing = thing
+        self.scene.object_id = object_id
         if kind == "grasp":
-            deed = self._grasp(grip_point(self.config, self.scene, place, name))
+            result = self._grasp(grip_point(self.config, self.scene, place, name))
         elif kind == "push":
-            deed = Push(self.arm).run(place)
+            result = Push(self.arm).run(place)
         else:
-            deed = Point(self.arm).run(place)
+            result = Point(self.arm).run(place)
         self.arm.retreat()
-        return deed
+        return result
 
-    def _grasp(self, place: Array) -> Deed:
+    def _grasp(self, place: Array) -> ActionResult:
         self.report = Grasp(self.arm).run(place)
         outcome, reason = classify(self.report)
-        return Deed(outcome == SUCCESS, reason)
+        return ActionResult(outcome == SUCCESS, reason)
 
 
 def grip_point(config: GraspConfig, scene: Scene, place: Array, name: str) -> Array:

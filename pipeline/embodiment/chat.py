@@ -8,7 +8,7 @@ from typing import Any
 
 from pipeline.agent.transcript import write_transcript
 from pipeline.embodiment.evidence import described
-from pipeline.embodiment.senses import View
+from pipeline.embodiment.perception import View
 from pipeline.embodiment.session import Event, Session
 from pipeline.speech.errors import SpeechError
 from pipeline.speech.protocol import Recogniser, Synthesiser
@@ -89,9 +89,9 @@ class Chat:
                 return
             self._aloud = True
         begin = len(self._events)
-        course = self.session.instruct(words)
-        if course.problem:
-            self._say(f"no answer that can be used: {course.problem}")
+        episode = self.session.instruct(words)
+        if episode.problem:
+            self._say(f"no answer that can be used: {episode.problem}")
         elif len(self._events) == begin:
             self._say(f"{self.name} has nothing to do.")
         self.keep()
@@ -113,13 +113,13 @@ class Chat:
 
     def _show_event(self, event: Event) -> None:
         self._events.append(described(event))
-        action, deed = event.action, event.deed
+        action, result = event.action, event.result
         if action.kind == "speak":
             self._say(f'{self.name}: "{action.text}"')
             self._speak(action.text)
         elif action.is_physical:
-            how = "done" if deed.done else "failed"
-            self._say(f"{action.kind} {action.target}: {how}, {deed.words}")
+            how = "done" if result.done else "failed"
+            self._say(f"{action.kind} {action.target}: {how}, {result.words}")
         else:
             self._say(f"{action.kind} {action.target}")
 

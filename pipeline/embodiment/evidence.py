@@ -11,21 +11,23 @@ from PIL import Image, ImageDraw
 
 from pipeline.agent.transcript import write_transcript
 from pipeline.data.files import replacing
-from pipeline.embodiment.senses import Eyes, Senses, View
-from pipeline.embodiment.session import Course, Event
-from pipeline.embodiment.things import Array
+from pipeline.embodiment.perception import CameraPerception, Perception, View
+from pipeline.embodiment.scene_objects import Array
+from pipeline.embodiment.session import Episode, Event
 from pipeline.perception.drawing import annotated, draw_cross
 
 SEEN, MEANT, TRUE = "#1e6edc", "#dc2828", "#14963c"  # colours of boxes and of crosses
 CROSS = 6  # pixels from its middle to an end
 
 
-def draw_view(view: View, senses: Senses, names: Sequence[str], true: Array) -> Image.Image | None:
+def draw_view(
+    view: View, perception: Perception, names: Sequence[str], true: Array
+) -> Image.Image | None:
     """The picture of a look with boxes, names, scores and centroids of what was seen.
 
     Args:
         view: The look.
-        senses: What looked; its camera knows where things would be in the picture.
+        perception: What looked; its camera knows where things would be in the picture.
         names: What the trial was about: boxes of these names are red, others blue.
         true: Where things really lay, base frame [m], shape (N, 3): green crosses.
 
@@ -37,9 +39,9 @@ def draw_view(view: View, senses: Senses, names: Sequence[str], true: Array) -> 
     found = [each.detection for each in view.sightings]
     drawn = annotated(view.image, found, lambda name: MEANT if name in names else SEEN)
     picture = Image.fromarray(drawn)
-    if isinstance(senses, Eyes):
+    if isinstance(perception, CameraPerception):
         canvas = ImageDraw.Draw(picture)
-        for centre in senses.camera.pixels_of(true):
+        for centre in perception.camera.pixels_of(true):
             draw_cross(canvas, centre, CROSS, TRUE, 2)
     return picture
 
@@ -53,13 +55,13 @@ def save_picture(picture: Image.Image | None, path: Path) -> str:
     return path.name
 
 
-def save_transcript(path: Path, entries: Sequence[dict[str, Any]], course: Course) -> str:
+def save_transcript(path: Path, entries: Sequence[dict[str, Any]], episode: Episode) -> str:
     """Write what was said and done as JSON lines; its name.
 
     Entries of the conversation come first, in order; then one of each action with what it came to
     and where its target was seen.
     """
-    write_transcript(path, [*entries, *(described(event) for event in course.events)])
+    write_transcript(path, [*entries, *(described(event) for event in episode.events)])
     return path.name
 
 
@@ -71,8 +73,8 @@ def described(event: Event) -> dict[str, Any]:
         "kind": event.action.kind,
         "target": event.action.target,
         "text": event.action.text,
-        "done": event.deed.done,
-        "outcome": event.deed.words,
+        "done": event.result.done,
+        "outcome": event.result.words,
     }
     if event.sighting is not None:
         place = np.round(event.sighting.position, 4).tolist()

@@ -8,10 +8,10 @@ from typing import Any
 
 from pipeline.agent.endpoint import resolved
 from pipeline.config import to_dict
-from pipeline.embodiment.senses import Eyes, make_senses
+from pipeline.embodiment.grasp_all import agents
+from pipeline.embodiment.perception import CameraPerception, make_perception
 from pipeline.embodiment.series import AgentSeries
 from pipeline.embodiment.trials import Experiment
-from pipeline.embodiment.unspoken import agents
 from pipeline.evaluation.identity import network_checksums
 from pipeline.grasping.series import Series
 from pipeline.perception.detection import Detector
@@ -45,10 +45,10 @@ def load_agent_series(
         PerceptionError: The robot has no camera.
         SetupError: The agent lacks a package, an address or a key.
     """
-    senses = make_senses(config.perception, series.config, series.robot, detector)
+    perception = make_perception(config.perception, series.config, series.robot, detector)
     experiment = Experiment(
         series=series,
-        senses=senses,
+        perception=perception,
         agent=agents(config.agent, series.robot.name),
         facts={"perception": config.perception.source, "agent": config.agent.kind},
         folder=folder / EVIDENCE,
@@ -65,9 +65,12 @@ def embodied_facts(config: Config) -> dict[str, Any]:
     return {"perception": to_dict(config.perception), "agent": to_dict(agent)}
 
 
-def senses_identity(runner: AgentSeries) -> dict[str, Any]:
+def perception_identity(runner: AgentSeries) -> dict[str, Any]:
     """What sees, beyond its settings: the checksum of its networks."""
-    senses = runner.experiment.senses
-    if not isinstance(senses, Eyes):
+    perception = runner.experiment.perception
+    if not isinstance(perception, CameraPerception):
         return {}
-    return {"detector": type(senses.detector).__qualname__, **network_checksums(senses.detector)}
+    return {
+        "detector": type(perception.detector).__qualname__,
+        **network_checksums(perception.detector),
+    }

@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.data.rows import KeptRows
+from pipeline.data.rows import RowCheckpoint
 from pipeline.embodiment.trials import Experiment
 from pipeline.grasping.series import STILLS, clear_films, film_name, filmed_trials
 from pipeline.grasping.video import Recorder
@@ -27,7 +27,9 @@ class AgentSeries:
 
     experiment: Experiment
 
-    def run(self, kept: KeptRows, progress: Callable[[dict[str, Any]], object]) -> pd.DataFrame:
+    def run(
+        self, kept: RowCheckpoint, progress: Callable[[dict[str, Any]], object]
+    ) -> pd.DataFrame:
         """Run the rows whose trials are not yet kept, and return one raw row a trial.
 
         The last row may have more things than trials are wanted: it is run whole, and the raw rows
@@ -49,7 +51,7 @@ class AgentSeries:
                 progress(row)
         return pd.DataFrame(rows)
 
-    def pending(self, kept: KeptRows) -> list[int]:
+    def pending(self, kept: RowCheckpoint) -> list[int]:
         """Numbers of the rows that are not yet kept whole: units of work that need no other."""
         rows = self._trials_of_rows().items()
         return [number for number, trials in rows if any(kept.get(one) is None for one in trials)]

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 from pipeline.agent import Action, Agent, Turn
 from pipeline.embodiment.body import Body
-from pipeline.embodiment.senses import Senses, View
-from pipeline.embodiment.things import Array, Thing, Things
-from pipeline.grasping.outcome import Deed, Report
+from pipeline.embodiment.perception import Perception, View
+from pipeline.embodiment.scene_objects import Array, SceneObject, SceneObjects
+from pipeline.grasping.outcome import ActionResult, GraspReport
 from pipeline.perception.detection import Sighting
 
 
@@ -20,10 +20,10 @@ class Event:
     Attributes:
         time_s: Simulated time when it began [s].
         action: What the agent asked for.
-        deed: What it came to.
+        result: What it came to.
         sighting: Where its target was seen; None for what needs none.
         view: The look that it was seen in.
-        thing: What really lay there; None if nothing did.
+        obj: What really lay there; None if nothing did.
         offset: How far from its target's sighting the nearest thing lay [m].
         report: Of a grasp, what happened.
         lasted_s: How long it took [s].
@@ -32,18 +32,18 @@ class Event:
 
     time_s: float
     action: Action
-    deed: Deed
+    result: ActionResult
     sighting: Sighting | None = None
     view: View | None = None
-    thing: Thing | None = None
+    obj: SceneObject | None = None
     offset: float = float("nan")
-    report: Report | None = None
+    report: GraspReport | None = None
     lasted_s: float = 0.0
     places: Array | None = None
 
 
 @dataclass
-class Course:
+class Episode:
     """How one instruction went.
 
     Attributes:
@@ -73,10 +73,10 @@ class Session:
         self,
         agent: Agent,
         body: Body,
-        senses: Senses,
-        things: Things,
+        perception: Perception,
+        objects: SceneObjects,
         located: float,
-        refuse: Callable[[Action, Thing | None], str] = lambda action, thing: "",
+        refuse: Callable[[Action, SceneObject | None], str] = lambda action, obj: "",
         heard: Callable[[Event], object] = lambda event: None,
     ) -> None:
         """Bring them together.
@@ -84,33 +84,33 @@ class Session:
         Args:
             agent: Says what to do.
             body: Does it.
-            senses: See the table before each turn and each motion.
-            things: What really lies there, to judge outcomes by.
+            perception: See the table before each turn and each motion.
+            objects: What really lies there, to judge outcomes by.
             located: Distance within which what is seen is the thing that lies there [m].
             refuse: Says why an action is not carried out; nothing if it is.
             heard: Called with every event.
         """
-        self.agent, self.body, self.senses, self.things = agent, body, senses, things
+        self.agent, self.body, self.perception, self.objects = agent, body, perception, objects
         self._located, self._refuse, self.heard = located, refuse, heard
 
     def look(self) -> View:
         """Look at the table; the arm is at idle and out of the way."""
-        return self.senses.look(self.body.scene, self.things)
+        return self.perception.look(self.body.scene, self.objects)
 
-    def instruct(self, words: str) -> Course:
+    def instruct(self, words: str) -> Episode:
         """Carry out an instruction until the agent says that it is done, or fails to answer."""
-        course = Course(self.look())
-        turn = self.agent.instruct(words, course.view.seen())
-        known = course.view
+        episode = Episode(self.look())
+        turn = self.agent.instruct(words, episode.view.seen())
+        known = episode.view
         while True:
-            course.turns.append(turn)
+            episode.turns.append(turn)
             for action in turn.actions:
                 event = self._act(action, known)
                 if action.kind != "done":
-                    course.events.append(event)
+                    episode.events.append(event)
                     self.heard(event)
             if turn.finished:
-                return course
+                return episode
             known = self.look()
             turn = self.agent.proceed(known.seen())
 
@@ -118,31 +118,33 @@ class Session:
         """Do one action; targets that are out of sight now are where they were seen before."""
         now = self.body.scene.time_s
         if not action.is_physical:
-            return Event(now, action, Deed(True, ""))
+            return Event(now, action, ActionResult(True, ""))
         view = self.look()
         sighting = view.find(action.target)
         if sighting is None:
             view, sighting = known, known.find(action.target)
         if sighting is None:
-            return self._told(Event(now, action, Deed(False, "it is out of sight"), view=view))
-        places = self.things.positions()
-        nearest, offset = self.things.nearest(sighting.position)
-        thing = nearest if offset <= self._located else None
-        if reason := self._refuse(action, thing):
-            deed, report = Deed(False, reason), None
+            return self._told(
+                Event(now, action, ActionResult(False, "it is out of sight"), view=view)
+            )
+        places = self.objects.positions()
+        nearest, offset = self.objects.nearest(sighting.position)
+        obj = nearest if offset <= self._located else None
+        if reason := self._refuse(action, obj):
+            result, report = ActionResult(False, reason), None
         else:
-            judged = thing or self.things.named(action.target) or nearest
+            judged = obj or self.objects.named(action.target) or nearest
             place, name = sighting.position.copy(), sighting.name
-            deed = self.body.act(action.kind, place, name, judged.body)
+            result = self.body.act(action.kind, place, name, judged.body)
             report = self.body.report if action.kind == "grasp" else None
         lasted = self.body.scene.time_s - now
         return self._told(
-            Event(now, action, deed, sighting, view, thing, offset, report, lasted, places)
+            Event(now, action, result, sighting, view, obj, offset, report, lasted, places)
         )
 
     def _told(self, event: Event) -> Event:
         """Tell the agent what an action came to."""
-        action, deed = event.action, event.deed
-        how = "done" if deed.done else "failed"
-        self.agent.report(f"{action.kind} {action.target}: {how}, {deed.words}")
+        action, result = event.action, event.result
+        how = "done" if result.done else "failed"
+        self.agent.report(f"{action.kind} {action.target}: {how}, {result.words}")
         return event

@@ -13,12 +13,12 @@ import numpy as np
 from pipeline.agent import Action, Agent
 from pipeline.embodiment.body import Body
 from pipeline.embodiment.evidence import draw_view, save_picture, save_transcript
+from pipeline.embodiment.perception import Perception
 from pipeline.embodiment.row import row_setup
-from pipeline.embodiment.senses import Senses
-from pipeline.embodiment.session import Course, Event, Session
-from pipeline.embodiment.things import Array, Thing, Things
+from pipeline.embodiment.scene_objects import Array, SceneObject, SceneObjects
+from pipeline.embodiment.session import Episode, Event, Session
 from pipeline.embodiment.verdict import Verdict, judge
-from pipeline.grasping.outcome import SUCCESS, Report, measures
+from pipeline.grasping.outcome import SUCCESS, GraspReport, measures
 from pipeline.grasping.scene import Scene
 from pipeline.grasping.series import Series
 from pipeline.grasping.trial import Setup, conditions, required_scene
@@ -32,7 +32,7 @@ class Experiment:
 
     Attributes:
         series: Configuration, robot, solvers and seed, as of trials without an agent.
-        senses: How the table is seen.
+        perception: How the table is seen.
         agent: Begins a conversation, one a row.
         facts: What stands in every raw row beside the trial: perception and agent.
         folder: Where evidence is kept; None keeps none.
@@ -40,7 +40,7 @@ class Experiment:
     """
 
     series: Series
-    senses: Senses
+    perception: Perception
     agent: Callable[[], Agent]
     facts: dict[str, Any]
     folder: Path | None = None
@@ -64,31 +64,31 @@ class Experiment:
         begin = time.perf_counter()
         config, robot = self.series.config, self.series.robot
         setups = row_setup(config, robot.name, number, self.series.seed)
-        with Scene(robot, required_scene(config, robot.name), config.engine, config.gui) as scene:
-            things = Things(scene, config, setups)
+        with Scene(robot, required_scene(config, robot.name), config.physics, config.gui) as scene:
+            objects = SceneObjects(scene, config, setups)
             self._distract(scene, setups, number)
             if watch is not None:
                 watch(scene)
-            scene.wait(config.engine.settle_s)
-            at_first = {each.body: things.position(each) for each in things.all}
+            scene.wait(config.physics.settle_s)
+            at_first = {each.body: objects.position(each) for each in objects.all}
             agent = self.agent()
             body = Body(scene, config, self.series.solver, self.series.repair)
             session = Session(
-                agent, body, self.senses, things, config.protocol.located, _once_each()
+                agent, body, self.perception, objects, config.protocol.located, _once_each()
             )
             words = config.protocol.sentence.format(robot=robot.name.upper())
-            course = session.instruct(words)
+            episode = session.instruct(words)
         shared = {
-            "turns": len(course.turns),
-            "problem": course.turns[-1].reason,
+            "turns": len(episode.turns),
+            "problem": episode.turns[-1].reason,
             "wall_s": (time.perf_counter() - begin) / len(setups),
         }
         located = config.protocol.located
-        verdicts = [judge(each, at_first[each.body], course, located) for each in things.all]
-        kept = self._keep(number, things, at_first, verdicts, course, agent)
+        verdicts = [judge(each, at_first[each.body], episode, located) for each in objects.all]
+        kept = self._keep(number, objects, at_first, verdicts, episode, agent)
         return [
-            self._raw_row(thing, verdict) | files | shared
-            for thing, verdict, files in zip(things.all, verdicts, kept, strict=True)
+            self._raw_row(obj, verdict) | files | shared
+            for obj, verdict, files in zip(objects.all, verdicts, kept, strict=True)
         ]
 
     def _distract(self, scene: Scene, setups: list[Setup], number: int) -> None:
@@ -99,9 +99,9 @@ class Experiment:
         places = [each.place for each in setups]
         lay_distractors(scene.client, scene.config, self.distractors, draw, places)
 
-    def _raw_row(self, thing: Thing, verdict: Verdict) -> dict[str, Any]:
+    def _raw_row(self, obj: SceneObject, verdict: Verdict) -> dict[str, Any]:
         """What was laid where, the class and its reason, what was seen, errors, contacts."""
-        each, setup, attempt = self.series, thing.setup, verdict.attempt
+        each, setup, attempt = self.series, obj.setup, verdict.attempt
         report = attempt.report if attempt is not None else None
         return {
             **conditions(each.config, setup, each.robot, each.solver, each.seed),
@@ -114,54 +114,54 @@ class Experiment:
             "order": verdict.order,
             "began_s": attempt.time_s if attempt is not None else float("nan"),
             "simulated_s": attempt.lasted_s if attempt is not None else 0.0,
-            **measures(report or Report()),
+            **measures(report or GraspReport()),
         }
 
     def _keep(
         self,
         number: int,
-        things: Things,
+        objects: SceneObjects,
         at_first: dict[int, Array],
         verdicts: list[Verdict],
-        course: Course,
+        episode: Episode,
         agent: Agent,
     ) -> list[dict[str, Any]]:
         """Write transcript and pictures of a row; names of the files, for each of its trials."""
         if self.folder is None:
             return [{"transcript": "", "picture": ""} for _ in verdicts]
         path = self.folder / f"row{number:03d}.jsonl"
-        transcript = save_transcript(path, agent.transcript, course)
+        transcript = save_transcript(path, agent.transcript, episode)
         kept = []
-        for thing, verdict in zip(things.all, verdicts, strict=True):
+        for obj, verdict in zip(objects.all, verdicts, strict=True):
             picture = ""
             wanted = self.series.config.protocol.evidence
             if wanted == "all" or (wanted == "failures" and verdict.outcome != SUCCESS):
-                picture = self._picture(thing, verdict, np.array([*at_first.values()]), course)
+                picture = self._picture(obj, verdict, np.array([*at_first.values()]), episode)
             kept.append({"transcript": transcript, "picture": picture})
         return kept
 
-    def _picture(self, thing: Thing, verdict: Verdict, true: Array, course: Course) -> str:
+    def _picture(self, obj: SceneObject, verdict: Verdict, true: Array, episode: Episode) -> str:
         """The look that a trial was judged by, what was seen drawn into it."""
         assert self.folder is not None
         event: Event | None = verdict.attempt
-        view = course.view
+        view = episode.view
         if event is not None and event.view is not None and event.places is not None:
             view, true = event.view, event.places
-        drawn = draw_view(view, self.senses, [thing.name, verdict.seen_as], true)
+        drawn = draw_view(view, self.perception, [obj.name, verdict.seen_as], true)
         outcome = verdict.outcome.lower().replace(" ", "_")
-        return save_picture(drawn, self.folder / f"trial{thing.setup.number:03d}_{outcome}.png")
+        return save_picture(drawn, self.folder / f"trial{obj.setup.number:03d}_{outcome}.png")
 
 
-def _once_each() -> Callable[[Action, Thing | None], str]:
+def _once_each() -> Callable[[Action, SceneObject | None], str]:
     """A rule of the protocol: each thing is grasped once, whatever came of it."""
     tried: set[int] = set()
 
-    def refuse(action: Action, thing: Thing | None) -> str:
-        if action.kind != "grasp" or thing is None:
+    def refuse(action: Action, obj: SceneObject | None) -> str:
+        if action.kind != "grasp" or obj is None:
             return ""
-        if thing.body in tried:
+        if obj.body in tried:
             return "it has been tried already"
-        tried.add(thing.body)
+        tried.add(obj.body)
         return ""
 
     return refuse

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.embodiment.session import Course, Event
-from pipeline.embodiment.things import Array, Thing
+from pipeline.embodiment.scene_objects import Array, SceneObject
+from pipeline.embodiment.session import Episode, Event
 from pipeline.grasping.outcome import DETECTION, LANGUAGE, SUCCESS, classify
 
 
@@ -40,38 +40,38 @@ class Verdict:
     sighting_error: float
 
 
-def judge(thing: Thing, at_first: Array, course: Course, located: float) -> Verdict:
+def judge(obj: SceneObject, at_first: Array, episode: Episode, located: float) -> Verdict:
     """Class one thing of a row.
 
     Args:
-        thing: The thing.
+        obj: The thing.
         at_first: Where it lay when the agent was instructed, base frame [m], shape (3,).
-        course: How the instruction went.
+        episode: How the instruction went.
         located: Distance within which a sighting is of the thing that lies there [m].
     """
-    attempt, order = _attempt(thing, course)
-    seen_as, score, error = _seen(thing.name, at_first, course, located)
+    attempt, order = _attempt(obj, episode)
+    seen_as, score, error = _seen(obj.name, at_first, episode, located)
     if attempt is not None and attempt.sighting is not None:
         seen_as, score = attempt.sighting.name, attempt.sighting.score
         error = attempt.offset
-    outcome, reason = _outcome(thing, at_first, course, attempt, seen_as)
+    outcome, reason = _outcome(obj, at_first, episode, attempt, seen_as)
     return Verdict(outcome, reason, attempt, order, seen_as, score, error)
 
 
-def _attempt(thing: Thing, course: Course) -> tuple[Event | None, int]:
+def _attempt(obj: SceneObject, episode: Episode) -> tuple[Event | None, int]:
     """The first grasp where the thing lay, or else the first in its name where nothing lay."""
-    grasps = [event for event in course.events if event.report is not None]
-    here = [event for event in grasps if event.thing is thing]
-    meant = [e for e in grasps if e.thing is None and e.action.target == thing.name]
+    grasps = [event for event in episode.events if event.report is not None]
+    here = [event for event in grasps if event.obj is obj]
+    meant = [e for e in grasps if e.obj is None and e.action.target == obj.name]
     for event in (*here, *meant):
         return event, next(k for k, other in enumerate(grasps, start=1) if other is event)
     return None, 0
 
 
-def _seen(name: str, place: Array, course: Course, located: float) -> tuple[str, float, float]:
+def _seen(name: str, place: Array, episode: Episode, located: float) -> tuple[str, float, float]:
     """Name, score and error of the sighting of a thing in the first look; its own name first."""
     near = []
-    for each in course.view.sightings:
+    for each in episode.view.sightings:
         away = float(np.linalg.norm(each.position[:2] - place[:2]))
         if away <= located:
             near.append((each.name != name, away, each))
@@ -82,34 +82,34 @@ def _seen(name: str, place: Array, course: Course, located: float) -> tuple[str,
 
 
 def _outcome(
-    thing: Thing, place: Array, course: Course, attempt: Event | None, seen_as: str
+    obj: SceneObject, place: Array, episode: Episode, attempt: Event | None, seen_as: str
 ) -> tuple[str, str]:
     if attempt is not None and attempt.report is not None:
         outcome, reason = classify(attempt.report)
         if outcome == SUCCESS:
             return outcome, reason
-        if attempt.thing is None:
+        if attempt.obj is None:
             return DETECTION, f"seen {1e3 * attempt.offset:.0f} mm beside it: {reason}"
-        if attempt.action.target != thing.name:
+        if attempt.action.target != obj.name:
             return DETECTION, f"taken for {attempt.action.target}: {reason}"
         return outcome, reason
-    if seen_as != thing.name:
-        return DETECTION, _unseen(thing.name, place, course, seen_as)
-    if course.problem:
-        return LANGUAGE, course.problem
-    others = {e.action.kind for e in course.events if e.thing is thing and e.report is None}
+    if seen_as != obj.name:
+        return DETECTION, _unseen(obj.name, place, episode, seen_as)
+    if episode.problem:
+        return LANGUAGE, episode.problem
+    others = {e.action.kind for e in episode.events if e.obj is obj and e.report is None}
     if others:
         return LANGUAGE, f"not grasped, but asked to {' and '.join(sorted(others))}"
     return LANGUAGE, "seen, but no grasp of it was asked for"
 
 
-def _unseen(name: str, place: Array, course: Course, seen_as: str) -> str:
+def _unseen(name: str, place: Array, episode: Episode, seen_as: str) -> str:
     """Why a thing counts as not seen."""
     if seen_as:
         return f"seen as {seen_as}"
     away = [
         float(np.linalg.norm(each.position[:2] - place[:2]))
-        for each in course.view.sightings
+        for each in episode.view.sightings
         if each.name == name
     ]
     return f"seen {1e3 * min(away):.0f} mm from where it lay" if away else "not seen"

@@ -12,7 +12,7 @@ from contextlib import suppress
 from multiprocessing import connection, get_context, parent_process
 from typing import Any
 
-from pipeline.engine.task import Call, Outcome, lost
+from pipeline.engine.task import Call, TaskResult, lost
 from pipeline.progress import hide_bars
 
 
@@ -41,7 +41,7 @@ class Processes:
         """Wait for the first tasks that end."""
         return wait(handles, return_when=FIRST_COMPLETED).done
 
-    def outcomes(self, handle: Future[Any], count: int) -> list[Outcome[Any]]:
+    def outcomes(self, handle: Future[Any], count: int) -> list[TaskResult[Any]]:
         """Return what a task came to; a worker that died is not used again."""
         worker = self._busy.pop(handle)
         try:
@@ -50,7 +50,7 @@ class Processes:
             worker.stop()
             return [lost("its worker process died (killed, or out of memory?)")]
         except Exception as error:  # what could not travel: the task, or what it returned
-            outcome = Outcome(problem=f"{type(error).__name__}: {error}", trace=str(error))
+            outcome = TaskResult(problem=f"{type(error).__name__}: {error}", trace=str(error))
         self._idle.append(worker)
         return [outcome]
 

@@ -10,7 +10,7 @@ from typing import Any
 from pipeline.engine.config import LOCAL, EngineConfig
 from pipeline.engine.errors import EngineError
 from pipeline.engine.packages import package
-from pipeline.engine.task import Call, Outcome, lost
+from pipeline.engine.task import Call, TaskResult, lost
 from pipeline.progress import hide_bars
 
 GIB = 1 << 30
@@ -52,10 +52,10 @@ class RayTasks:
         done, _ = self._ray.wait(list(handles), num_returns=1)
         return list(done)
 
-    def outcomes(self, handle: Any, count: int) -> list[Outcome[Any]]:
+    def outcomes(self, handle: Any, count: int) -> list[TaskResult[Any]]:
         """Return what a task came to."""
         try:
-            outcome: Outcome[Any] = self._ray.get(handle)
+            outcome: TaskResult[Any] = self._ray.get(handle)
         except self._lost as error:
             reason = next(iter(str(error).strip().splitlines()), "")
             return [lost(f"its worker died ({type(error).__name__}: {reason})")]
@@ -67,7 +67,7 @@ class RayTasks:
             self._ray.cancel(handle, force=True)
 
 
-def _run(call: Call[Any, Any], task: Any) -> Outcome[Any]:
+def _run(call: Call[Any, Any], task: Any) -> TaskResult[Any]:
     hide_bars()
     return call(task)
 

@@ -13,7 +13,7 @@ from typing import TypeVar
 from pipeline.engine.config import JOBLIB, LOCAL, RAY, SLURM, EngineConfig
 from pipeline.engine.cores import usable_cores
 from pipeline.engine.errors import EngineError
-from pipeline.engine.task import Call, Outcome, threads_held
+from pipeline.engine.task import Call, TaskResult, threads_held
 from pipeline.engine.windowed import Jobs, in_flight
 
 Task = TypeVar("Task")
@@ -72,10 +72,10 @@ def try_tasks(
     function: Callable[[Task], Result],
     tasks: Sequence[Task],
     title: str = "tasks",
-) -> Generator[tuple[int, Outcome[Result]], None, None]:
+) -> Generator[tuple[int, TaskResult[Result]], None, None]:
     """Run a function on every task and yield the number and outcome of each as it ends.
 
-    Nothing that happens to a task is raised here: see `Outcome`. Closing the generator ends the
+    Nothing that happens to a task is raised here: see `TaskResult`. Closing the generator ends the
     tasks that still run.
 
     Args:

@@ -13,7 +13,7 @@ from typing import Any
 from pipeline.engine.config import SLURM, EngineConfig
 from pipeline.engine.errors import EngineError
 from pipeline.engine.packages import package
-from pipeline.engine.task import Batch, Call, Outcome, lost
+from pipeline.engine.task import Batch, Call, TaskResult, lost
 from pipeline.progress import hide_bars
 from pipeline.provenance import ROOT
 
@@ -66,10 +66,10 @@ class SubmititJobs:
                 return done
             time.sleep(CLUSTER_POLL_S if self.room is None else POLL_S)
 
-    def outcomes(self, handle: Any, count: int) -> list[Outcome[Any]]:
+    def outcomes(self, handle: Any, count: int) -> list[TaskResult[Any]]:
         """Return what the tasks of a job came to; its log stays if it died."""
         try:
-            outcomes: list[Outcome[Any]] = handle.result()
+            outcomes: list[TaskResult[Any]] = handle.result()
         except self._lost:
             folder = handle.paths.folder
             return [lost(f"job {handle.job_id} died; its log is in {folder}")] * count
@@ -93,7 +93,7 @@ class _Quiet:
     def __init__(self, batch: Batch[Any, Any]) -> None:
         self.batch = batch
 
-    def __call__(self, tasks: list[Any]) -> list[Outcome[Any]]:
+    def __call__(self, tasks: list[Any]) -> list[TaskResult[Any]]:
         hide_bars()
         return self.batch(tasks)
 

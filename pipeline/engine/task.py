@@ -19,7 +19,7 @@ OURS = ("pipeline", "baselines", "robots")  # packages whose ValueErrors are sen
 
 
 @dataclass(frozen=True)
-class Outcome(Generic[Result]):
+class TaskResult(Generic[Result]):
     """How a task ended.
 
     Attributes:
@@ -51,9 +51,9 @@ class Outcome(Generic[Result]):
         return self.value  # type: ignore[return-value]  # None only where a task returns None
 
 
-def lost(reason: str) -> Outcome[Any]:
+def lost(reason: str) -> TaskResult[Any]:
     """Return the outcome of a task whose worker died."""
-    return Outcome(problem=reason, lost=True)
+    return TaskResult(problem=reason, lost=True)
 
 
 @dataclass(frozen=True)
@@ -68,17 +68,17 @@ class Call(Generic[Task, Result]):
     function: Callable[[Task], Result]
     cpus: int
 
-    def __call__(self, task: Task) -> Outcome[Result]:
+    def __call__(self, task: Task) -> TaskResult[Result]:
         """Run the task; only what ends the process escapes."""
         hold_threads(self.cpus)
         try:
-            return Outcome(self.function(task))
+            return TaskResult(self.function(task))
         except Exception as error:
             sentence = f"{type(error).__name__}: {error}"
             home = type(error).__module__.split(".")[0]
             if isinstance(error, ValueError | ImportError) and home in OURS:
-                return Outcome(problem=str(error))
-            return Outcome(problem=sentence, trace=traceback.format_exc())
+                return TaskResult(problem=str(error))
+            return TaskResult(problem=sentence, trace=traceback.format_exc())
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Batch(Generic[Task, Result]):
 
     call: Call[Task, Result]
 
-    def __call__(self, tasks: list[Task]) -> list[Outcome[Result]]:
+    def __call__(self, tasks: list[Task]) -> list[TaskResult[Result]]:
         """Run the tasks in order."""
         return [self.call(task) for task in tasks]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from typing import Any, Protocol
 
-from pipeline.engine.task import Call, Outcome
+from pipeline.engine.task import Call, TaskResult
 
-Numbered = tuple[int, Outcome[Any]]
+Numbered = tuple[int, TaskResult[Any]]
 
 
 class Jobs(Protocol):
@@ -24,7 +24,7 @@ class Jobs(Protocol):
         """Wait until at least one job has ended and return those that have."""
         ...
 
-    def outcomes(self, handle: Any, count: int) -> list[Outcome[Any]]:
+    def outcomes(self, handle: Any, count: int) -> list[TaskResult[Any]]:
         """Return the outcomes of a job's tasks; a job that died gives ``count`` lost ones."""
         ...
 

@@ -35,11 +35,10 @@ class EvaluateConfig:
     time_s: float | None = MISSING
     iterations: int | None = MISSING
     not_found: str = MISSING
-    always_answer: list[str] = MISSING
     claim: Tolerance = field(default_factory=Tolerance)
     limit_slack: float = MISSING
     batch_sizes: list[int] = MISSING
-    answered_in_batches: dict[str, int] = MISSING
+    error_batch_size: dict[str, int] = MISSING
     latency_poses: int = MISSING
     warm_up: int = MISSING
     threads: int = MISSING
@@ -58,8 +57,8 @@ class EvaluateConfig:
         if self.iterations is not None:
             positive("evaluate.iterations", self.iterations)
         positive_all("evaluate.batch_sizes", self.batch_sizes)
-        if isinstance(self.answered_in_batches, dict) and self.answered_in_batches:
-            positive_all("evaluate.answered_in_batches", list(self.answered_in_batches.values()))
+        if isinstance(self.error_batch_size, dict) and self.error_batch_size:
+            positive_all("evaluate.error_batch_size", list(self.error_batch_size.values()))
         at_least("evaluate.limit_slack", self.limit_slack, 0)
         at_least("evaluate.warm_up", self.warm_up, 0)
         at_least("evaluate.first_core", self.first_core, 0)

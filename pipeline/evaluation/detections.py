@@ -36,12 +36,12 @@ def average_precision(rows: pd.DataFrame) -> float:
     Args:
         rows: Of one class.
     """
-    things = int((rows.kind != FALSE).sum())
+    objects = int((rows.kind != FALSE).sum())
     told = rows[rows.kind != MISSED].sort_values("score", ascending=False, kind="stable")
     hits = (told.kind == FOUND).to_numpy()
-    if not things or not len(hits):
+    if not objects or not len(hits):
         return 0.0
-    recall = np.cumsum(hits) / things
+    recall = np.cumsum(hits) / objects
     precision = np.cumsum(hits) / np.arange(1, len(hits) + 1)
     envelope = np.maximum.accumulate(precision[::-1])[::-1]
     return float(np.sum(np.diff(recall, prepend=0.0) * envelope))
@@ -50,13 +50,13 @@ def average_precision(rows: pd.DataFrame) -> float:
 def _figures(rows: pd.DataFrame, threshold: float) -> dict[str, Any]:
     sure = rows[(rows.kind != MISSED) & (rows.score >= threshold)]
     found = sure[sure.kind == FOUND]
-    things = int((rows.kind != FALSE).sum())
+    objects = int((rows.kind != FALSE).sum())
     errors = 1e3 * found.error_m.to_numpy(dtype=float)
     some = len(errors) > 0
     return {
-        "things": things,
+        "objects": objects,
         "precision": len(found) / max(len(sure), 1),
-        "recall": len(found) / max(things, 1),
+        "recall": len(found) / max(objects, 1),
         "ap50": average_precision(rows),
         "position_error_mm": float(errors.mean()) if some else None,
         "position_error_p95_mm": float(np.percentile(errors, 95)) if some else None,

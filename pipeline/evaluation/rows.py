@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.evaluation.judge import tip_poses, within_limits
 from pipeline.evaluation.metrics import PoseErrors, pose_errors
+from pipeline.evaluation.verification import tip_poses, within_limits
 
 if TYPE_CHECKING:
     from baselines import Solution

@@ -14,16 +14,16 @@ from numpy.typing import NDArray
 
 from baselines import Budget, QuerySolver, Solution, Solver, SolverError
 from pipeline.errors import PipelineError
+from pipeline.evaluation.chunk_cache import ChunkCache, array_checksum
 from pipeline.evaluation.config import EvaluateConfig
 from pipeline.evaluation.identity import solver_identity
 from pipeline.evaluation.machine import fingerprint_hash, machine_fingerprint, pinned, usable_cores
-from pipeline.evaluation.parts import Parts, array_checksum
 from pipeline.evaluation.rows import raw_rows
-from pipeline.evaluation.subject import Subject
+from pipeline.evaluation.task import EvaluationTask
 
 Array = NDArray[np.float64]
 NS_PER_US = 1e3
-UNASKED = ("solvers", "keep", "first_core")  # settings that rows do not depend on
+CACHE_KEY_EXCLUDES = ("solvers", "keep", "first_core")  # settings that rows do not depend on
 
 
 class EvaluationError(PipelineError):
@@ -31,24 +31,24 @@ class EvaluationError(PipelineError):
 
 
 def evaluate_solver(
-    subject: Subject,
+    task: EvaluationTask,
     config: EvaluateConfig,
-    parts_folder: Path | None = None,
+    cache_folder: Path | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> pd.DataFrame:
     """Solve every pose and record joints, true errors, claims and time, one row a pose and batch.
 
     One batch size answers all poses: the first of ``config.batch_sizes``, or the solver's in
-    ``config.answered_in_batches``. The others are for time: they answer ``config.latency_poses``
+    ``config.error_batch_size``. The others are for time: they answer ``config.latency_poses``
     (at least one batch, a small test set again from its start) and only where the solver answers
     whole batches. A solver that fails on a call gives rows with ``found = false``, its home
     configuration and the reason; nothing is dropped.
 
     Args:
-        subject: Solver, robot and poses.
+        task: Solver, robot and poses.
         config: Budget, batch sizes, warm-up, threads.
-        parts_folder: Where finished chunks are kept, so that a second call goes on; None keeps
-            none. Call `clear_parts` when the rows are safely written.
+        cache_folder: Where finished chunks are kept, so that a second call goes on; None keeps
+            none. Call `clear_chunks` when the rows are safely written.
         progress: Called with the number of poses finished, also for chunks found on disk.
 
     Returns:
@@ -57,23 +57,23 @@ def evaluate_solver(
     Raises:
         EvaluationError: No poses, or a solver that answers with the wrong shape.
     """
-    if len(subject.poses) == 0:
+    if len(task.poses) == 0:
         raise EvaluationError("expected at least one pose to evaluate, got none")
     threads = allowed_threads(config)
     machine = fingerprint_hash(machine_fingerprint(threads))
-    parts = Parts(parts_folder, question(subject, config))
+    cache = ChunkCache(cache_folder, cache_key(task, config))
     with pinned(config.threads, cores=config.pinned, first=config.first_core):
-        _warm_up(subject, config)
+        _warm_up(task, config)
         frames = []
-        for batch_size, start, stop in plan_chunks(subject, config):
+        for batch_size, start, stop in plan_chunks(task, config):
             name = f"batch{batch_size}_{start:08d}"
-            rows = parts.get(name)
+            rows = cache.get(name)
             if rows is None:
-                part = subject.part(start, stop)
-                rows = _solve_chunk(part, config, batch_size, start, len(subject.poses))
+                part = task.part(start, stop)
+                rows = _solve_chunk(part, config, batch_size, start, len(task.poses))
                 rows["threads"], rows["pinned"] = threads, config.pinned
                 rows["machine"] = machine
-                parts.put(name, rows)
+                cache.put(name, rows)
             frames.append(rows)
             if progress is not None:
                 progress(stop - start)
@@ -85,47 +85,47 @@ def allowed_threads(config: EvaluateConfig) -> int:
     return config.threads if config.pinned else usable_cores()
 
 
-def count_poses(subject: Subject, config: EvaluateConfig) -> int:
+def count_poses(task: EvaluationTask, config: EvaluateConfig) -> int:
     """Return how many poses `evaluate_solver` will answer, all batch sizes together."""
-    return sum(stop - start for _, start, stop in plan_chunks(subject, config))
+    return sum(stop - start for _, start, stop in plan_chunks(task, config))
 
 
-def clear_parts(folder: Path) -> None:
+def clear_chunks(folder: Path) -> None:
     """Remove the chunks of a finished evaluation."""
-    Parts(folder, {}).clear()
+    ChunkCache(folder, {}).clear()
 
 
-def question(subject: Subject, config: EvaluateConfig) -> dict[str, Any]:
+def cache_key(task: EvaluationTask, config: EvaluateConfig) -> dict[str, Any]:
     """Return everything that the rows depend on, as provenance and as the key of chunks."""
-    robot = subject.robot
-    budget = _budget(subject.solver, config) or subject.solver.budget
-    initial = None if subject.initial is None else array_checksum(subject.initial)
+    robot = task.robot
+    budget = _budget(task.solver, config) or task.solver.budget
+    initial = None if task.initial is None else array_checksum(task.initial)
     return {
         "robot": robot.name,
         "urdf_checksum": robot.urdf_checksum,
         "base": robot.base,
         "tip": robot.tip,
-        "solver": subject.label,
-        "solver_identity": solver_identity(subject.solver),
+        "solver": task.label,
+        "solver_identity": solver_identity(task.solver),
         "solver_budget": None if budget is None else asdict(budget),
-        "seed": subject.seed,
+        "seed": task.seed,
         "initial": initial or "home",
-        "seeded_by": subject.seeded_by,
-        "seeder_identity": solver_identity(subject.seeder) if subject.seeder else None,
-        "poses": len(subject.poses),
-        "poses_checksum": array_checksum(subject.poses),
-        "evaluate": {k: v for k, v in asdict(config).items() if k not in UNASKED},
+        "seeded_by": task.seeded_by,
+        "seeder_identity": solver_identity(task.seeder) if task.seeder else None,
+        "poses": len(task.poses),
+        "poses_checksum": array_checksum(task.poses),
+        "evaluate": {k: v for k, v in asdict(config).items() if k not in CACHE_KEY_EXCLUDES},
         "machine": machine_fingerprint(allowed_threads(config)),
     }
 
 
-def plan_chunks(subject: Subject, config: EvaluateConfig) -> Iterator[tuple[int, int, int]]:
+def plan_chunks(task: EvaluationTask, config: EvaluateConfig) -> Iterator[tuple[int, int, int]]:
     """Yield batch size, first and last-but-one pose of every chunk, in the order of work."""
-    total = len(subject.poses)
-    for rank, batch_size in enumerate(batch_sizes(subject.solver, config)):
+    total = len(task.poses)
+    for rank, batch_size in enumerate(batch_sizes(task.solver, config)):
         end = total
         if rank > 0:
-            if isinstance(subject.solver, QuerySolver):
+            if isinstance(task.solver, QuerySolver):
                 continue
             end = max(config.latency_poses // batch_size, 1) * batch_size
         length = max(config.chunk // batch_size, 1) * batch_size
@@ -135,27 +135,27 @@ def plan_chunks(subject: Subject, config: EvaluateConfig) -> Iterator[tuple[int,
 
 def batch_sizes(solver: Solver, config: EvaluateConfig) -> list[int]:
     """Return the batch sizes of a solver, that of the errors first."""
-    first = config.answered_in_batches.get(solver.name, config.batch_sizes[0])
+    first = config.error_batch_size.get(solver.name, config.batch_sizes[0])
     return [first, *(size for size in config.batch_sizes if size != first)]
 
 
-def _warm_up(subject: Subject, config: EvaluateConfig) -> None:
+def _warm_up(task: EvaluationTask, config: EvaluateConfig) -> None:
     """Let caches fill and compilers run, at every batch size, before anything is timed."""
-    budget = _budget(subject.solver, config)
-    for batch_size in sorted({size for size, _, _ in plan_chunks(subject, config)}):
+    budget = _budget(task.solver, config)
+    for batch_size in sorted({size for size, _, _ in plan_chunks(task, config)}):
         count = max(config.warm_up, batch_size) if config.warm_up else 0
         for start in range(0, count, batch_size):
-            _call(subject.part(start, min(start + batch_size, count)).seeded(), budget)
+            _call(task.part(start, min(start + batch_size, count)).seeded(), budget)
 
 
 def _solve_chunk(
-    subject: Subject, config: EvaluateConfig, batch_size: int, first: int, total: int
+    task: EvaluationTask, config: EvaluateConfig, batch_size: int, first: int, total: int
 ) -> pd.DataFrame:
-    budget = _budget(subject.solver, config)
+    budget = _budget(task.solver, config)
     answers, times, seed_times = [], [], []
-    for start in range(0, len(subject.poses), batch_size):
-        part = subject.part(start, min(start + batch_size, len(subject.poses)))
-        asked = time.perf_counter_ns()
+    for start in range(0, len(task.poses), batch_size):
+        part = task.part(start, min(start + batch_size, len(task.poses)))
+        requested = time.perf_counter_ns()
         seeded = part.seeded()
         begin = time.perf_counter_ns()
         solution = _call(seeded, budget)
@@ -163,33 +163,31 @@ def _solve_chunk(
         answers.append(solution)
         count = len(solution)
         times.append(np.full(count, (end - begin) / count / NS_PER_US))
-        seeding = begin - asked if subject.seeder is not None else 0
+        seeding = begin - requested if task.seeder is not None else 0
         seed_times.append(np.full(count, seeding / count / NS_PER_US))
-    always_answers = subject.solver.name in config.always_answer
-    rows = raw_rows(
-        subject.robot, subject.poses, answers, np.concatenate(times), config, always_answers
-    )
-    rows.insert(0, "robot", subject.robot.name)
-    rows.insert(1, "solver", subject.label)
-    rows.insert(2, "seed", subject.seed)
+    always_answers = task.solver.always_answers
+    rows = raw_rows(task.robot, task.poses, answers, np.concatenate(times), config, always_answers)
+    rows.insert(0, "robot", task.robot.name)
+    rows.insert(1, "solver", task.label)
+    rows.insert(2, "seed", task.seed)
     rows.insert(3, "pose", np.arange(first, first + len(rows)) % total)
     rows.insert(4, "batch_size", batch_size)
-    rows["seeded_by"], rows["seed_time_us"] = subject.seeded_by, np.concatenate(seed_times)
+    rows["seeded_by"], rows["seed_time_us"] = task.seeded_by, np.concatenate(seed_times)
     return rows
 
 
-def _call(subject: Subject, budget: Budget | None) -> Solution:
+def _call(task: EvaluationTask, budget: Budget | None) -> Solution:
     """One query; a solver that fails gives its home configuration and the reason."""
-    robot, count = subject.robot, len(subject.poses)
+    robot, count = task.robot, len(task.poses)
     try:
-        solution = subject.solver.solve(subject.poses, initial=subject.initial, budget=budget)
+        solution = task.solver.solve(task.poses, initial=task.initial, budget=budget)
     except (SolverError, ArithmeticError, RuntimeError, np.linalg.LinAlgError) as error:
         failed = Solution.empty(count, robot.dof)
         reason = f"{type(error).__name__}: {error}"
         return replace(failed, joints=np.tile(robot.home, (count, 1)), reason=(reason,) * count)
     if solution.joints.shape != (count, robot.dof):
         raise EvaluationError(
-            f"solver '{subject.label}' must return joints of shape ({count}, {robot.dof}), got "
+            f"solver '{task.label}' must return joints of shape ({count}, {robot.dof}), got "
             f"{solution.joints.shape}"
         )
     finite = np.asarray(np.isfinite(solution.joints).all(axis=1))

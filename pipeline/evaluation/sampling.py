@@ -13,8 +13,8 @@ from baselines.lm import LevenbergMarquardt
 from baselines.refine import refine
 from pipeline.errors import PipelineError
 from pipeline.evaluation.config import SampleConfig
-from pipeline.evaluation.judge import tip_poses, within_limits
 from pipeline.evaluation.metrics import pose_errors
+from pipeline.evaluation.verification import tip_poses, within_limits
 
 if TYPE_CHECKING:
     from baselines import Solver
@@ -37,7 +37,7 @@ COLUMNS = {
 }
 
 
-class SamplingError(PipelineError):
+class SolutionSamplingError(PipelineError):
     """A solver that cannot draw."""
 
 
@@ -53,10 +53,10 @@ def sampler_of(solver: Solver) -> Sampler:
     """Return the solver as one that draws.
 
     Raises:
-        SamplingError: It does not.
+        SolutionSamplingError: It does not.
     """
     if not isinstance(solver, Sampler):
-        raise SamplingError(
+        raise SolutionSamplingError(
             f"sample.solver: '{solver.name}' gives one answer to a pose; expected a solver that "
             f"draws, such as null_space"
         )

@@ -13,13 +13,13 @@ from pathlib import Path
 from pipeline.engine.config import EngineConfig
 from pipeline.engine.cores import own_cores, usable_cores
 from pipeline.engine.running import one_machine, try_tasks, workers_of
-from pipeline.engine.task import Outcome
+from pipeline.engine.task import TaskResult
 from pipeline.progress import LOGGER
 from pipeline.provenance import ROOT
 
 
 @dataclass(frozen=True)
-class Job:
+class EvaluationJob:
     """One solver on the test poses of one robot.
 
     Attributes:
@@ -43,7 +43,7 @@ class Job:
 
 def jobs_in_turns(
     robots: Sequence[str], solvers: Sequence[str], unpinned: Iterable[str]
-) -> list[Job]:
+) -> list[EvaluationJob]:
     """List all jobs, robot by robot, each robot beginning with another solver.
 
     So a machine that slows down over the hours slows all solvers alike, and no solver always has
@@ -52,16 +52,16 @@ def jobs_in_turns(
     jobs = []
     for turn, robot in enumerate(robots):
         first = turn % max(len(solvers), 1)
-        jobs += [Job(robot, solver) for solver in (*solvers[first:], *solvers[:first])]
-    return jobs + [Job(robot, solver, False) for solver in unpinned for robot in robots]
+        jobs += [EvaluationJob(robot, solver) for solver in (*solvers[first:], *solvers[:first])]
+    return jobs + [EvaluationJob(robot, solver, False) for solver in unpinned for robot in robots]
 
 
 def run_jobs(
-    jobs: Sequence[Job],
-    command: Callable[[Job, int], Sequence[str]],
+    jobs: Sequence[EvaluationJob],
+    command: Callable[[EvaluationJob, int], Sequence[str]],
     engine: EngineConfig,
     logs: Path,
-) -> list[Job]:
+) -> list[EvaluationJob]:
     """Run all jobs, pinned ones as many at a time as the engine takes, the others after them.
 
     Those that are not pinned run one at a time on one machine: nothing may run beside them. A job
@@ -79,13 +79,16 @@ def run_jobs(
         The jobs that failed.
     """
     logs.mkdir(parents=True, exist_ok=True)
-    failed: list[Job] = []
+    failed: list[EvaluationJob] = []
     ended = 0
     for pinned in (True, False):
         chosen = [job for job in jobs if job.pinned is pinned]
         places = workers_of(engine) if pinned or not one_machine(engine) else 1
         beside = min(places, usable_cores()) if one_machine(engine) else 1
-        runs = [Run(tuple(command(job, beside)), logs / job.file_name, pinned) for job in chosen]
+        runs = [
+            EvaluationRun(tuple(command(job, beside)), logs / job.file_name, pinned)
+            for job in chosen
+        ]
         tasks = try_tasks(replace(engine, workers=places), run_apart, runs, "bench")
         with closing(tasks) as outcomes:
             for number, outcome in outcomes:
@@ -97,7 +100,7 @@ def run_jobs(
 
 
 @dataclass(frozen=True)
-class Run:
+class EvaluationRun:
     """A command of the pipeline in a process of its own.
 
     Attributes:
@@ -111,7 +114,7 @@ class Run:
     pinned: bool
 
 
-def run_apart(run: Run) -> tuple[int, float]:
+def run_apart(run: EvaluationRun) -> tuple[int, float]:
     """Run a command on cores that nothing else is timed on; its exit status and seconds."""
     with own_cores(1 if run.pinned else usable_cores()) as first:
         began = time.monotonic()
@@ -127,7 +130,7 @@ def run_apart(run: Run) -> tuple[int, float]:
         return status, time.monotonic() - began
 
 
-def _tell(what: str, outcome: Outcome[tuple[int, float]], log: Path) -> bool:
+def _tell(what: str, outcome: TaskResult[tuple[int, float]], log: Path) -> bool:
     """Say how a job ended and return whether it went well."""
     status, seconds = outcome.value or (None, 0.0)
     if status == 0:

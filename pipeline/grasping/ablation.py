@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from pipeline.data.rows import KeptRows
+from pipeline.data.rows import RowCheckpoint
 from pipeline.grasping.config import GraspConfig
 from pipeline.grasping.outcome import CLASSES
 from pipeline.grasping.series import Series
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from baselines import Solver
 
 KEY = ("variant", "trial")  # what tells one row of a study from another
-ENGINE = ("rate", "iterations")  # settings that are the engine's
+PHYSICS = ("rate", "iterations")  # settings that are the engine's
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,9 @@ class Study:
         """Trials of all variants together."""
         return len(self._units())
 
-    def run(self, kept: KeptRows, progress: Callable[[dict[str, Any]], object]) -> pd.DataFrame:
+    def run(
+        self, kept: RowCheckpoint, progress: Callable[[dict[str, Any]], object]
+    ) -> pd.DataFrame:
         """Run every variant on the same trials, those that are kept left out.
 
         Args:
@@ -60,7 +62,7 @@ class Study:
             progress(row)
         return pd.DataFrame(rows)
 
-    def pending(self, kept: KeptRows) -> list[tuple[int, int]]:
+    def pending(self, kept: RowCheckpoint) -> list[tuple[int, int]]:
         """Variant and number of the trials that are not yet kept: units that need no other."""
         return [unit for unit in self._units() if kept.get(*unit) is None]
 
@@ -127,7 +129,7 @@ def changed(config: GraspConfig, values: dict[str, Any]) -> GraspConfig:
     Raises:
         ValueError: A value that the setting cannot have.
     """
-    engine = {name: value for name, value in values.items() if name in ENGINE}
-    others = {name: value for name, value in values.items() if name not in ENGINE}
-    timing = replace(config.timing, rate=engine["rate"]) if "rate" in engine else config.timing
-    return replace(config, engine=replace(config.engine, **engine), timing=timing, **others)
+    physics = {name: value for name, value in values.items() if name in PHYSICS}
+    others = {name: value for name, value in values.items() if name not in PHYSICS}
+    timing = replace(config.timing, rate=physics["rate"]) if "rate" in physics else config.timing
+    return replace(config, physics=replace(config.physics, **physics), timing=timing, **others)

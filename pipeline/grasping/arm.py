@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 SWING_STEPS = 20  # waypoints of a motion from joints to joints
 
 
-class Stopped(Exception):  # noqa: N818
+class MotionAborted(Exception):  # noqa: N818
     """The attempt cannot go on, and why."""
 
 
@@ -78,7 +78,7 @@ class Arm:
                 (dof,); none goes without.
 
         Raises:
-            Stopped: The motion jumps between branches of solutions.
+            MotionAborted: The motion jumps between branches of solutions.
         """
         motion = self._plan(name, target)
         if over is not None and self._unfit(motion):
@@ -88,8 +88,8 @@ class Arm:
         self.motions[name] = motion
         speed = self.config.timing.speed
         seconds = self._timed(motion.joints, speed).duration
-        if seconds > self.config.timing.longest_s:
-            raise Stopped(f"{name}: the joints jump, it would take {seconds:.0f} s")
+        if seconds > self.config.timing.max_duration_s:
+            raise MotionAborted(f"{name}: the joints jump, it would take {seconds:.0f} s")
         self.follow(motion.joints, speed)
 
     def reach(self, place: Array, yaws: list[float], lift: float) -> Reach:
@@ -159,28 +159,28 @@ class Arm:
         """Whether the path leaves the reach, or the joints would have to race along it."""
         seconds = self._timed(motion.joints, self.config.timing.speed).duration
         astray = motion.tip_error_mm.max() > 1e3 * self.grip.tolerance
-        return bool(astray or seconds > self.config.timing.longest_s)
+        return bool(astray or seconds > self.config.timing.max_duration_s)
 
     def _timed(self, waypoints: Array, speed: float) -> Trajectory:
         timing = self.config.timing
-        limit = np.minimum(self.robot.velocity_limit, timing.fastest)
+        limit = np.minimum(self.robot.velocity_limit, timing.velocity_cap)
         return time_scale(waypoints, limit, speed, timing.rate)
 
 
-def first_in_reach(ways: Iterable[Reach], tolerance: float, what: str) -> Reach:
+def first_in_reach(candidates: Iterable[Reach], tolerance: float, what: str) -> Reach:
     """Return the first of several ways that is in reach; later ones are not even tried.
 
     Args:
-        ways: The best of each, tried as they are asked for.
+        candidates: The best of each, tried as they are asked for.
         tolerance: Largest tip error [m].
         what: What is to be reached for, as the failure calls it.
 
     Raises:
-        Stopped: None is.
+        MotionAborted: None is.
     """
     nearest = np.inf
-    for way in ways:
-        if way.error <= tolerance:
-            return way
-        nearest = min(nearest, way.error)
-    raise Stopped(f"out of reach: best tip error of {what} {1e3 * nearest:.0f} mm")
+    for candidate in candidates:
+        if candidate.error <= tolerance:
+            return candidate
+        nearest = min(nearest, candidate.error)
+    raise MotionAborted(f"out of reach: best tip error of {what} {1e3 * nearest:.0f} mm")

@@ -20,7 +20,7 @@ MOTIONS = ("approach", "lift", "transfer", "homeward", "push")
 
 
 @dataclass
-class EngineConfig:
+class PhysicsConfig:
     """The physics engine and its accuracy."""
 
     rate: float = MISSING  # Hz
@@ -29,9 +29,9 @@ class EngineConfig:
 
     def __post_init__(self) -> None:
         """Refuse coarse physics: what is held would then depend on the step."""
-        at_least("grasp.engine.rate", self.rate, 60)
-        at_least("grasp.engine.iterations", self.iterations, 10)
-        at_least("grasp.engine.settle_s", self.settle_s, 0)
+        at_least("grasp.physics.rate", self.rate, 60)
+        at_least("grasp.physics.iterations", self.iterations, 10)
+        at_least("grasp.physics.settle_s", self.settle_s, 0)
 
 
 @dataclass
@@ -214,9 +214,9 @@ class GraspConfig:
     position_error: float = MISSING  # m
     tension_scale: float = MISSING
     friction_scale: float = MISSING
-    lifted: float = MISSING  # m
+    lift_threshold: float = MISSING  # m
     ablation: AblationConfig | None = None
-    engine: EngineConfig = field(default_factory=EngineConfig)
+    physics: PhysicsConfig = field(default_factory=PhysicsConfig)
     timing: TimingConfig = field(default_factory=TimingConfig)
     motions: dict[str, MotionConfig] = MISSING
     recording: VideoConfig = field(default_factory=VideoConfig)

@@ -9,11 +9,11 @@ from scipy.spatial.transform import Rotation
 from pipeline.grasping.config import ObjectConfig, PartConfig
 
 
-def extent(thing: ObjectConfig, yaw: float, direction: ArrayLike) -> tuple[float, float]:
+def extent(obj: ObjectConfig, yaw: float, direction: ArrayLike) -> tuple[float, float]:
     """Least and largest coordinate of a thing along a direction, from its centre.
 
     Args:
-        thing: Parts of the thing.
+        obj: Parts of the thing.
         yaw: Its rotation about the vertical [rad].
         direction: Unit vector, base frame, shape (3,).
 
@@ -22,7 +22,7 @@ def extent(thing: ObjectConfig, yaw: float, direction: ArrayLike) -> tuple[float
     """
     axis = Rotation.from_euler("z", yaw).inv().apply(np.asarray(direction, dtype=np.float64))
     ends = []
-    for part in thing.parts:
+    for part in obj.parts:
         middle = float(np.dot(part.position, axis))
         half = _half(
             part, Rotation.from_euler("xyz", part.rotation, degrees=True).inv().apply(axis)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pipeline.grasping.arm import Arm, Stopped
-from pipeline.grasping.outcome import Report
+from pipeline.grasping.arm import Arm, MotionAborted
+from pipeline.grasping.outcome import GraspReport
 
 Array = NDArray[np.float64]
 RESTING_SPEED = 0.02  # m/s below which a thing counts as lying still
@@ -20,9 +20,9 @@ class Grasp:
         """Take the arm, which is at idle with an open hand."""
         arm.begin()
         self.arm, self.scene, self.config, self.grip = arm, arm.scene, arm.config, arm.grip
-        self.report = Report(motions=arm.motions, swung=arm.swung)
+        self.report = GraspReport(motions=arm.motions, swung=arm.swung)
 
-    def run(self, place: ArrayLike) -> Report:
+    def run(self, place: ArrayLike) -> GraspReport:
         """Grasp what is believed to be at a place and bring it to the bin on its side.
 
         Args:
@@ -36,7 +36,7 @@ class Grasp:
             if self.report.lifted:
                 self._deposit(np.asarray(place, dtype=np.float64))
             self.arm.go_home()
-        except Stopped as reason:
+        except MotionAborted as reason:
             self.report.stopped = self.report.stopped or str(reason)
         return self.report
 
@@ -48,39 +48,41 @@ class Grasp:
     def _pick(self, place: Array) -> None:
         """Go to the thing, close the fingers and lift straight up."""
         scene, grip = self.scene, self.grip
-        before = scene.thing_position()
+        before = scene.object_position()
         self.arm.get_ready()
         chosen = self.arm.reach(place, grip.yaws, grip.lift)
         self.report.reach_error = chosen.error
         if chosen.error > grip.tolerance:
-            raise Stopped(f"out of reach: best tip error {1e3 * chosen.error:.0f} mm")
+            raise MotionAborted(f"out of reach: best tip error {1e3 * chosen.error:.0f} mm")
         scene.mark("ready")
         self.arm.move("approach", chosen.joints, chosen.lifted)
-        self.report.pushed = float(np.linalg.norm(scene.thing_position() - before))
+        self.report.pushed = float(np.linalg.norm(scene.object_position() - before))
         reached = self.arm.tip_pose()
         self.report.tracking_error = float(np.linalg.norm(reached[:3] - chosen.pose[:3]))
         scene.mark("at the object")
         self._close()
         scene.mark("closed")
         self._count_touching()
-        rest = scene.thing_position()[2]
+        rest = scene.object_position()[2]
         self.arm.move("lift", chosen.lifted)
         scene.mark("after the lift")
         self._count_touching()
-        risen = scene.thing_position()[2] - rest
-        self.report.lifted = bool(risen > self.config.lifted and self.report.touching[-1] > 0)
+        risen = scene.object_position()[2] - rest
+        self.report.lifted = bool(
+            risen > self.config.lift_threshold and self.report.touching[-1] > 0
+        )
         self.arm.holding = self.report.lifted
 
     def _deposit(self, place: Array) -> None:
         """Carry the thing over the bin on its side, let go, and see where it comes to rest."""
         scene, side = self.scene, self.side(place)
         if side not in scene.config.bins:
-            raise Stopped(f"there is no {side} bin")
+            raise MotionAborted(f"there is no {side} bin")
         box, grip = scene.config.bins[side], self.grip
         over = np.array([*(box.drop or box.centre), box.floor + grip.release])
         chosen = self.arm.reach(over, grip.release_yaws, 0.0)
         if chosen.error > grip.tolerance:
-            raise Stopped(f"the {side} bin is out of reach by {1e3 * chosen.error:.0f} mm")
+            raise MotionAborted(f"the {side} bin is out of reach by {1e3 * chosen.error:.0f} mm")
         self.arm.move("transfer", chosen.joints, chosen.joints)
         scene.mark("over the bin")
         self._count_touching()
@@ -91,8 +93,8 @@ class Grasp:
         scene.mark("let go")
         self._shake_off()
         self._wait_for_rest()
-        self.report.clinging = bool(scene.hand.touching(scene.thing))
-        self.report.bin = scene.bin_of_thing()
+        self.report.clinging = bool(scene.hand.touching(scene.object_id))
+        self.report.bin = scene.bin_of_object()
 
     def _close(self) -> None:
         """Pull until every finger has stalled, or the time is up."""
@@ -117,7 +119,7 @@ class Grasp:
         sway[-2:] = self.scene.config.hand.shake
         middle = np.clip(arm.target, robot.lower + sway, robot.upper - sway)
         for _ in range(SHAKES):
-            if not self.scene.hand.touching(self.scene.thing):
+            if not self.scene.hand.touching(self.scene.object_id):
                 return
             self.scene.hand.close()
             self.scene.wait(0.5 * self.scene.config.hand.open_s)
@@ -129,9 +131,9 @@ class Grasp:
     def _wait_for_rest(self) -> None:
         """Wait until the dropped thing lies still, for as long as it would take to settle twice."""
         for _ in range(4):
-            self.scene.wait(self.config.engine.settle_s / 2)
-            if self.scene.thing_velocity() < RESTING_SPEED:
+            self.scene.wait(self.config.physics.settle_s / 2)
+            if self.scene.object_velocity() < RESTING_SPEED:
                 return
 
     def _count_touching(self) -> None:
-        self.report.touching.append(len(self.scene.hand.touching(self.scene.thing)))
+        self.report.touching.append(len(self.scene.hand.touching(self.scene.object_id)))

@@ -130,9 +130,9 @@ class Hand:
         states = self.client.getJointStates(self.body, self.moving)
         return np.array([state[0] for state in states])
 
-    def touching(self, thing: int) -> set[int]:
+    def touching(self, object_id: int) -> set[int]:
         """Links of the hand that touch a body."""
-        contacts = self.client.getContactPoints(bodyA=self.body, bodyB=thing)
+        contacts = self.client.getContactPoints(bodyA=self.body, bodyB=object_id)
         return {contact[3] for contact in contacts} & set(self.links)
 
     def _hold(self, joint: int, angle: float) -> None:

@@ -19,7 +19,7 @@ NOT_CLOSED = 0.02  # share of a finger joint's range below which the hand did no
 
 
 @dataclass(frozen=True)
-class Deed:
+class ActionResult:
     """What an action came to.
 
     Attributes:
@@ -32,7 +32,7 @@ class Deed:
 
 
 @dataclass
-class Report:
+class GraspReport:
     """What happened in one attempt, from the simulator's state.
 
     Attributes:
@@ -68,7 +68,7 @@ class Report:
     stopped: str = ""
 
 
-def classify(report: Report) -> tuple[str, str]:
+def classify(report: GraspReport) -> tuple[str, str]:
     """Class of the paper (section IV-C) and the reason in words.
 
     Returns:
@@ -96,7 +96,7 @@ def classify(report: Report) -> tuple[str, str]:
     return NOT_GRASPED, "left behind by the lift"
 
 
-def measures(report: Report) -> dict[str, Any]:
+def measures(report: GraspReport) -> dict[str, Any]:
     """Numbers of a report as columns; a motion that was not made has NaN."""
     touching = [*report.touching, 0, 0, 0][:3]
     columns: dict[str, Any] = {

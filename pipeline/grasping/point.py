@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from pipeline.grasping.arm import Arm, Stopped, first_in_reach
+from pipeline.grasping.arm import Arm, MotionAborted, first_in_reach
 from pipeline.grasping.grip import Reach, choose, tip_rotation
-from pipeline.grasping.outcome import Deed
+from pipeline.grasping.outcome import ActionResult
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ class Point:
         axis = hand.get("finger_axis", hand.get("approach_axis")) if self.point.stretched else None
         self.axis = np.array(axis or hand["approach_axis"], dtype=np.float64)
 
-    def run(self, place: ArrayLike) -> Deed:
+    def run(self, place: ArrayLike) -> ActionResult:
         """Point at what is believed to be at a place, and go back.
 
         Args:
@@ -37,11 +37,11 @@ class Point:
         """
         try:
             beside = self._gesture(np.asarray(place, dtype=np.float64))
-        except Stopped as reason:
-            return Deed(False, str(reason))
+        except MotionAborted as reason:
+            return ActionResult(False, str(reason))
         if beside > self.point.beside:
-            return Deed(False, f"pointed {1e3 * beside:.0f} mm beside it")
-        return Deed(True, f"pointed {1e3 * beside:.0f} mm off its centre")
+            return ActionResult(False, f"pointed {1e3 * beside:.0f} mm beside it")
+        return ActionResult(True, f"pointed {1e3 * beside:.0f} mm off its centre")
 
     def _gesture(self, place: Array) -> float:
         """Make the gesture and return how far the finger's line passes the thing's centre [m]."""
@@ -53,7 +53,7 @@ class Point:
         scene.hand.close(self.point.stretched)
         scene.wait(self.point.hold_s)
         tip = arm.tip_pose()
-        beside = distance_to_line(scene.thing_position(), tip[:3], turned(tip, self.axis))
+        beside = distance_to_line(scene.object_position(), tip[:3], turned(tip, self.axis))
         scene.mark("pointing")
         arm.move("lift", chosen.lifted)
         arm.go_home()

@@ -14,16 +14,16 @@ class PushConfig:
     """How the closed hand pushes a thing over the table."""
 
     stand_off: float = MISSING  # m
-    way: float = MISSING  # m
+    distance: float = MISSING  # m
     height: float = MISSING  # m
     directions: list[float] = MISSING  # deg
     yaws: list[float] = MISSING  # deg
     tilts: list[float] = MISSING  # deg
-    moved: float = MISSING  # m
+    min_displacement: float = MISSING  # m
 
     def __post_init__(self) -> None:
         """Refuse pushes that go nowhere."""
-        for name in ("stand_off", "way", "moved"):
+        for name in ("stand_off", "distance", "min_displacement"):
             positive(f"grasp.scenes: push.{name}", getattr(self, name))
         at_least("grasp.scenes: push.height", self.height, 0)
         if not (self.directions and self.yaws and self.tilts):

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pipeline.grasping.arm import Arm, Stopped, first_in_reach
+from pipeline.grasping.arm import Arm, MotionAborted, first_in_reach
 from pipeline.grasping.grip import Reach, choose, tip_rotation, tip_yaw
-from pipeline.grasping.outcome import Deed
+from pipeline.grasping.outcome import ActionResult
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ class Push:
         arm.begin()
         self.arm, self.scene, self.push = arm, arm.scene, arm.scene.config.push
 
-    def run(self, place: ArrayLike) -> Deed:
+    def run(self, place: ArrayLike) -> ActionResult:
         """Push what is believed to be at a place.
 
         Args:
@@ -31,15 +31,15 @@ class Push:
         Returns:
             Whether the thing moved far enough; never raises for a failed push.
         """
-        before = self.scene.thing_position()
+        before = self.scene.object_position()
         try:
             self._push(np.asarray(place, dtype=np.float64))
-        except Stopped as reason:
-            return Deed(False, str(reason))
-        moved = float(np.linalg.norm((self.scene.thing_position() - before)[:2]))
-        if moved < self.push.moved:
-            return Deed(False, f"it moved {1e3 * moved:.0f} mm")
-        return Deed(True, f"moved it {1e3 * moved:.0f} mm")
+        except MotionAborted as reason:
+            return ActionResult(False, str(reason))
+        moved = float(np.linalg.norm((self.scene.object_position() - before)[:2]))
+        if moved < self.push.min_displacement:
+            return ActionResult(False, f"it moved {1e3 * moved:.0f} mm")
+        return ActionResult(True, f"moved it {1e3 * moved:.0f} mm")
 
     def _push(self, place: Array) -> None:
         arm = self.arm
@@ -65,7 +65,7 @@ class Push:
             turns = np.array([(yaw, tilt) for yaw in push.yaws for tilt in push.tilts])
             poses = np.array([self._pose(place, along, yaw, tilt) for yaw, tilt in turns])
             ends = poses.copy()
-            ends[:, :3] += push.way * along
+            ends[:, :3] += push.distance * along
             yield choose(arm.robot, arm.solver, arm.grip, poses, ends, turns, arm.target)
 
     def _pose(self, place: Array, along: Array, yaw: float, tilt: float) -> Array:

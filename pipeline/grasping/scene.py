@@ -12,11 +12,11 @@ import pybullet
 from numpy.typing import ArrayLike, NDArray
 from pybullet_utils.bullet_client import BulletClient
 
-from pipeline.grasping.config import BinConfig, EngineConfig, ObjectConfig, SceneConfig
+from pipeline.grasping.config import BinConfig, ObjectConfig, PhysicsConfig, SceneConfig
 from pipeline.grasping.errors import GraspError
 from pipeline.grasping.hand import Hand
+from pipeline.grasping.idle_joints import fix_idle_joints
 from pipeline.grasping.shapes import make_bin, make_object, make_table
-from pipeline.grasping.stiffened import stiffened_urdf
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -35,14 +35,14 @@ class Scene:
     Attributes:
         client: PyBullet client.
         hand: The robot's hand.
-        thing: PyBullet's number of the body that is to be grasped, pushed or pointed at now.
+        object_id: PyBullet's number of the body that is to be grasped, pushed or pointed at now.
         time_s: Simulated time [s].
         on_step: Called after every step, for cameras.
         on_phase: Called with the name of each phase of a trial that has ended, for cameras.
     """
 
     def __init__(
-        self, robot: Robot, config: SceneConfig, engine: EngineConfig, gui: bool = False
+        self, robot: Robot, config: SceneConfig, physics: PhysicsConfig, gui: bool = False
     ) -> None:
         """Build the world without the thing to grasp.
 
@@ -51,14 +51,14 @@ class Scene:
         """
         if robot.description.hand is None:
             raise GraspError(f"robot '{robot.name}' has no hand in its robot.yaml: it cannot grasp")
-        self.robot, self.config, self.engine = robot, config, engine
+        self.robot, self.config, self.physics = robot, config, physics
         self.client: Any = _connect(gui)
         try:
             self._build()
         except BaseException:
             self.client.disconnect()
             raise
-        self.thing = -1
+        self.object_id = -1
         self.time_s = 0.0
         self.on_step: Callable[[], None] | None = None
         self.on_phase: Callable[[str], None] | None = None
@@ -69,30 +69,30 @@ class Scene:
     def __exit__(self, *_: object) -> None:
         self.client.disconnect()
 
-    def lay(self, thing: ObjectConfig, place: ArrayLike, yaw: float) -> int:
+    def lay(self, obj: ObjectConfig, place: ArrayLike, yaw: float) -> int:
         """Lay a thing on the table; it is then the one that the scene is about.
 
         Args:
-            thing: What to lay.
+            obj: What to lay.
             place: x and y, base frame [m].
             yaw: Rotation about the vertical [rad].
 
         Returns:
             PyBullet's number of the body.
         """
-        self.thing = make_object(self.client, thing, place, yaw, self.config.table.height)
-        return self.thing
+        self.object_id = make_object(self.client, obj, place, yaw, self.config.table.height)
+        return self.object_id
 
     def step(self) -> None:
         """Advance the simulation by one step."""
         self.client.stepSimulation()
-        self.time_s += 1.0 / self.engine.rate
+        self.time_s += 1.0 / self.physics.rate
         if self.on_step is not None:
             self.on_step()
 
     def wait(self, seconds: float) -> None:
         """Let time go by."""
-        for _ in range(round(seconds * self.engine.rate)):
+        for _ in range(round(seconds * self.physics.rate)):
             self.step()
 
     def mark(self, phase: str) -> None:
@@ -127,17 +127,17 @@ class Scene:
         position: Array = self.robot.forward_kinematics(self.joints()[None])[0, :3]
         return position
 
-    def thing_position(self) -> Array:
+    def object_position(self) -> Array:
         """Centre of the thing, base frame [m], shape (3,)."""
-        return np.array(self.client.getBasePositionAndOrientation(self.thing)[0])
+        return np.array(self.client.getBasePositionAndOrientation(self.object_id)[0])
 
-    def thing_velocity(self) -> float:
+    def object_velocity(self) -> float:
         """Speed of the thing [m/s]."""
-        return float(np.linalg.norm(self.client.getBaseVelocity(self.thing)[0]))
+        return float(np.linalg.norm(self.client.getBaseVelocity(self.object_id)[0]))
 
-    def bin_of_thing(self) -> str | None:
+    def bin_of_object(self) -> str | None:
         """Name of the bin that the thing lies in, if any."""
-        position = self.thing_position()
+        position = self.object_position()
         for name, box in self.config.bins.items():
             if inside(box, position):
                 return name
@@ -146,8 +146,8 @@ class Scene:
     def _build(self) -> None:
         self.client.setGravity(0.0, 0.0, -GRAVITY)
         self.client.setPhysicsEngineParameter(
-            fixedTimeStep=1.0 / self.engine.rate,
-            numSolverIterations=self.engine.iterations,
+            fixedTimeStep=1.0 / self.physics.rate,
+            numSolverIterations=self.physics.iterations,
             deterministicOverlappingPairs=1,
         )
         make_table(self.client, self.config.table)
@@ -157,7 +157,7 @@ class Scene:
 
     def _load_robot(self) -> None:
         robot = self.robot
-        with stiffened_urdf(robot) as path:
+        with fix_idle_joints(robot) as path:
             self.body = self.client.loadURDF(str(path), useFixedBase=True)
         joints: dict[str, int] = {}
         efforts: dict[int, float] = {}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from pipeline.data.rows import KeptRows
+from pipeline.data.rows import RowCheckpoint
 from pipeline.grasping.config import GraspConfig
 from pipeline.grasping.outcome import CLASSES
 from pipeline.grasping.trial import run_trial
@@ -42,7 +42,9 @@ class Series:
     repair: Solver | None
     seed: int
 
-    def run(self, kept: KeptRows, progress: Callable[[dict[str, Any]], object]) -> pd.DataFrame:
+    def run(
+        self, kept: RowCheckpoint, progress: Callable[[dict[str, Any]], object]
+    ) -> pd.DataFrame:
         """Run the trials that are not yet kept and return one raw row for each.
 
         Args:
@@ -59,7 +61,7 @@ class Series:
             progress(row)
         return pd.DataFrame(rows)
 
-    def pending(self, kept: KeptRows) -> list[int]:
+    def pending(self, kept: RowCheckpoint) -> list[int]:
         """Numbers of the trials that are not yet kept: units of work that need no other."""
         return [number for number in range(self.config.trials) if kept.get(number) is None]
 

@@ -15,13 +15,13 @@ BIN_COLOUR = (0.35, 0.45, 0.60, 1.0)
 
 
 def make_object(
-    client: Any, thing: ObjectConfig, position: ArrayLike, yaw: float, surface: float
+    client: Any, obj: ObjectConfig, position: ArrayLike, yaw: float, surface: float
 ) -> int:
     """Lay a thing on a surface.
 
     Args:
         client: PyBullet client.
-        thing: Parts, mass and contact of the thing.
+        obj: Parts, mass and contact of the thing.
         position: x and y of its centre, base frame [m].
         yaw: Rotation about the vertical [rad].
         surface: Height of the surface, base frame [m].
@@ -29,25 +29,25 @@ def make_object(
     Returns:
         PyBullet's number of the body.
     """
-    collision, visual = _compound(client, thing.parts)
+    collision, visual = _compound(client, obj.parts)
     x, y = np.asarray(position, dtype=np.float64)[:2]
     # Half a millimetre of air: bodies that start in contact are pushed apart.
-    height = surface + 0.5 * thing.height + 5e-4
+    height = surface + 0.5 * obj.height + 5e-4
     body = client.createMultiBody(
-        baseMass=thing.mass,
+        baseMass=obj.mass,
         baseCollisionShapeIndex=collision,
         baseVisualShapeIndex=visual,
         basePosition=[x, y, height],
         baseOrientation=pybullet.getQuaternionFromEuler([0.0, 0.0, yaw]),
     )
     contact: dict[str, float | None] = {
-        "lateralFriction": thing.friction,
-        "rollingFriction": thing.rolling_friction,
-        "spinningFriction": thing.spinning_friction,
+        "lateralFriction": obj.friction,
+        "rollingFriction": obj.rolling_friction,
+        "spinningFriction": obj.spinning_friction,
         "frictionAnchor": 1,
     }
-    if thing.stiffness is not None:
-        contact |= {"contactStiffness": thing.stiffness, "contactDamping": thing.damping}
+    if obj.stiffness is not None:
+        contact |= {"contactStiffness": obj.stiffness, "contactDamping": obj.damping}
     client.changeDynamics(body, -1, **contact)
     return int(body)
 

@@ -133,15 +133,15 @@ def run_trial(
     begin = time.perf_counter()
     setup = trial_setup(config, robot.name, number, seed)
     scene_config = required_scene(config, robot.name)
-    with Scene(robot, scene_config, config.engine, config.gui) as scene:
-        thing = config.objects[setup.name]
-        scene.lay(thing, setup.place, setup.yaw)
+    with Scene(robot, scene_config, config.physics, config.gui) as scene:
+        obj = config.objects[setup.name]
+        scene.lay(obj, setup.place, setup.yaw)
         if recorder is not None:
             recorder.attach(scene)
-        scene.wait(config.engine.settle_s)
-        believed = scene.thing_position()
+        scene.wait(config.physics.settle_s)
+        believed = scene.object_position()
         believed[:2] += setup.error
-        top = believed[2] + 0.5 * thing.height
+        top = believed[2] + 0.5 * obj.height
         believed[2] = max(believed[2], top - scene_config.grip.depth)
         report = Grasp(Arm(scene, config, solver, repair)).run(believed)
         simulated = scene.time_s
@@ -173,6 +173,6 @@ def conditions(
         "yaw_rad": setup.yaw,
         "tension_scale": config.tension_scale,
         "friction_scale": config.friction_scale,
-        "rate_hz": config.engine.rate,
-        "iterations": config.engine.iterations,
+        "rate_hz": config.physics.rate,
+        "iterations": config.physics.iterations,
     }

@@ -46,14 +46,14 @@ def make_penalty(robot: Robot, train: TrainConfig, device: torch.device) -> Pena
     return penalty
 
 
-def chosen_joints(robot: Robot, asked: list[Any]) -> list[int]:
+def chosen_joints(robot: Robot, requested: list[Any]) -> list[int]:
     """Return the indices of joints that are given by name or by number.
 
     Raises:
         ConstraintError: The robot has no such joint, or none is asked for.
     """
     numbers = []
-    for joint in asked:
+    for joint in requested:
         known = joint in robot.joint_names
         if not known and not (isinstance(joint, int) and 0 <= joint < robot.dof):
             names = [*map(str, range(robot.dof)), *robot.joint_names]

@@ -107,6 +107,7 @@ class FlowIkRefined(FlowIk):
     """
 
     budgets: ClassVar[frozenset[str]] = frozenset({"time_s", "iterations"})
+    always_answers = False  # what is not refined to the tolerances is not found
 
     def __init__(
         self,
@@ -130,7 +131,7 @@ class FlowIkRefined(FlowIk):
     ) -> Solution:
         """See `baselines.Solver.solve`."""
         targets = check_poses(poses)
-        chosen = self.budget if budget is None else self._heeded(budget)
+        chosen = self.budget if budget is None else self._validated_budget(budget)
         if len(targets) == 0:
             return Solution.empty(0, self.robot.dof)
         start = time.perf_counter()

@@ -89,27 +89,29 @@ class CycleObjective:
 
     def loss(self, poses: Tensor, joints: Tensor, step: int, done: float) -> Tensor:
         """See `Objective.loss`; the best hypothesis of a pose counts most."""
-        return self.loss_of(self.shown(poses, step), poses, self._head_share(done))
+        return self.loss_of(self.network_input(poses, step), poses, self._mean_head_weight(done))
 
-    def shown(self, poses: Tensor, step: int) -> Tensor:
+    def network_input(self, poses: Tensor, step: int) -> Tensor:
         """Return what the network sees of poses (N, 7): with ``negate_input`` -q on odd steps."""
         if self.train.negate_input and step % 2:
             return torch.cat((poses[:, :3], -poses[:, 3:]), dim=1)
         return poses
 
-    def loss_of(self, shown: Tensor, poses: Tensor, head_share: float = 0.0) -> Tensor:
+    def loss_of(
+        self, network_input: Tensor, poses: Tensor, mean_head_weight: float = 0.0
+    ) -> Tensor:
         """Return the scalar loss of a batch, a function of tensors alone where there is one head.
 
         Args:
-            shown: (N, 7) what the network sees.
+            network_input: (N, 7) what the network sees.
             poses: (N, 7) what it is to reach.
-            head_share: Weight of the mean of all hypotheses.
+            mean_head_weight: Weight of the mean of all hypotheses.
         """
-        answers = self.network(shown).flatten(0, 1)
+        answers = self.network(network_input).flatten(0, 1)
         losses = self.pose_loss(*self.kinematics(answers), self._for_heads(poses))
         if self.penalty is not None:
             losses = losses + self.penalty(answers)
-        return winner_takes_most(losses.unflatten(0, (len(poses), -1)), head_share)
+        return winner_takes_most(losses.unflatten(0, (len(poses), -1)), mean_head_weight)
 
     @torch.no_grad()
     def errors(self, poses: Tensor) -> tuple[Tensor, Tensor]:
@@ -138,11 +140,11 @@ class CycleObjective:
         heads = self.network.heads
         return poses if heads == 1 else poses.repeat_interleave(heads, dim=0)
 
-    def _head_share(self, done: float) -> float:
-        """Weight of the mean of all heads: 1 at the start, `head_share` after a stretch."""
-        until = self.train.head_share_until
+    def _mean_head_weight(self, done: float) -> float:
+        """Weight of the mean of all heads: 1 at the start, `mean_head_weight` after a stretch."""
+        until = self.train.mean_head_weight_until
         rest = max(0.0, 1 - done / until) if until > 0 else 0.0
-        return self.train.head_share + (1 - self.train.head_share) * rest
+        return self.train.mean_head_weight + (1 - self.train.mean_head_weight) * rest
 
     def _best_errors(self, poses: Tensor) -> tuple[Tensor, Tensor]:
         position, rotation = self._reached(poses)

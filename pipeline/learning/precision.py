@@ -15,7 +15,7 @@ HIGHEST, MEDIUM = "highest", "medium"
 TOLERANCE = 1e-5
 
 
-class Products:
+class MatmulPrecision:
     """How a training computes its float32 matrix products, forwards and backwards.
 
     On a processor PyTorch leaves them to MKL, which keeps to narrower instructions on processors of

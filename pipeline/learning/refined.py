@@ -12,13 +12,13 @@ import baselines
 from baselines import Budget, Solution
 from baselines.checks import check_initial, check_poses
 from baselines.lm import LevenbergMarquardt
-from baselines.memory import remember
 from baselines.refine import refine
 from baselines.refine_torch import refine_place, refine_torch
+from baselines.seed_library import build_seed_library
 from pipeline.learning.solver import CycleIk
 from robots import Robot
 
-MEMORY_SEED = 0  # one solver is one function of its settings
+LIBRARY_SEED = 0  # one solver is one function of its settings
 
 
 class CycleIkRefined(CycleIk):
@@ -31,7 +31,7 @@ class CycleIkRefined(CycleIk):
         robot: The robot it solves for.
         weights: Folder of weights.safetensors and card.json.
         hypotheses: Hypotheses tried first.
-        memory: Random configurations that are remembered with their poses; 0 for none.
+        seed_library: Random configurations that are remembered with their poses; 0 for none.
         neighbours: Of these, the nearest that are tried next, before random configurations.
         device: Where the refinement runs: cpu is the compiled kernel, cuda its twin in torch, auto
             takes an accelerator where there is one.
@@ -43,13 +43,14 @@ class CycleIkRefined(CycleIk):
     """
 
     budgets: ClassVar[frozenset[str]] = frozenset({"time_s", "iterations"})
+    always_answers = False  # what is not refined to the tolerances is not found
 
     def __init__(
         self,
         robot: Robot,
         weights: str,
         hypotheses: int,
-        memory: int,
+        seed_library: int,
         neighbours: int,
         device: str,
         threads: int,
@@ -59,7 +60,7 @@ class CycleIkRefined(CycleIk):
     ) -> None:
         super().__init__(robot, weights, threads=threads, **tolerances)
         self.tried = hypotheses
-        self.memory = remember(robot, memory, neighbours, MEMORY_SEED)
+        self.library = build_seed_library(robot, seed_library, neighbours, LIBRARY_SEED)
         place = refine_place(robot, device, "float64")
         self.accelerator = place if place.device.type == "cuda" else None
         kernel = baselines.load("lm", robot, time_s=time_s, iterations=iterations)
@@ -72,7 +73,7 @@ class CycleIkRefined(CycleIk):
     ) -> Solution:
         """See `baselines.Solver.solve`."""
         targets = check_poses(poses)
-        chosen = self.budget if budget is None else self._heeded(budget)
+        chosen = self.budget if budget is None else self._validated_budget(budget)
         if len(targets) == 0:
             return Solution.empty(0, self.robot.dof)
         if initial is None:
@@ -90,8 +91,8 @@ class CycleIkRefined(CycleIk):
         seeds = np.concatenate((first, answers), axis=1)
         options = self.kernel.options(budget)
         if self.accelerator is not None:
-            refined = refine_torch(self.accelerator, poses, seeds, options, self.memory)
+            refined = refine_torch(self.accelerator, poses, seeds, options, self.library)
         else:
-            refined = refine(self.robot, poses, seeds, options, self.threads, self.memory)
+            refined = refine(self.robot, poses, seeds, options, self.threads, self.library)
         refined.time_s[:] += network_s
         return refined.solution()

@@ -76,6 +76,7 @@ class CycleIk(Solver):
     default_model: ClassVar[str] = "compact"
     requires: ClassVar[tuple[str, ...]] = ("torch",)
     budgets: ClassVar[frozenset[str]] = frozenset()
+    always_answers = True
 
     def __init__(
         self,

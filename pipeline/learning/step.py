@@ -17,7 +17,7 @@ from torch import Tensor, nn
 from pipeline.learning.checkpoint import Progress
 from pipeline.learning.networks import CycleIkMlp
 from pipeline.learning.objective import CycleObjective, Objective
-from pipeline.learning.precision import Products, matmul_precision
+from pipeline.learning.precision import MatmulPrecision, matmul_precision
 from pipeline.settings import TrainConfig
 
 WARM_UPS = 3  # PyTorch's advice: libraries ask for memory in their first calls, which no graph may
@@ -42,7 +42,7 @@ class TrainState:
     objective: Objective
     network: nn.Module
     optimizer: torch.optim.Optimizer
-    products: Products
+    products: MatmulPrecision
     clip: float
 
     @property
@@ -117,7 +117,7 @@ class BranchlessStep:
         assert isinstance(state.objective, CycleObjective)
         self.state, self.objective = state, state.objective
         device = state.parameters[0].device
-        self._shown, self._poses = torch.zeros(2, size, 7, device=device)
+        self._network_input, self._poses = torch.zeros(2, size, 7, device=device)
         self._rate, self._enabled = torch.zeros((), device=device), torch.ones((), device=device)
         self._sums = torch.zeros(3, device=device, dtype=torch.float64)
 
@@ -126,7 +126,7 @@ class BranchlessStep:
     ) -> None:
         """Take a step, see `EagerStep`; `flush` tells the losses."""
         self._poses.copy_(poses)
-        self._shown.copy_(self.objective.shown(poses, progress.step))
+        self._network_input.copy_(self.objective.network_input(poses, progress.step))
         self._rate.fill_(rate)
         self._run()
         progress.step += 1
@@ -152,7 +152,7 @@ class BranchlessStep:
         state = self.state
         optimizer: Any = state.optimizer
         with matmul_precision(state.products.forward):
-            loss = self.objective.loss_of(self._shown, self._poses)
+            loss = self.objective.loss_of(self._network_input, self._poses)
         optimizer.zero_grad(set_to_none=True)
         with matmul_precision(state.products.backward):
             loss.backward()

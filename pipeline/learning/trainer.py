@@ -15,12 +15,12 @@ from tqdm import tqdm
 
 from pipeline.data.dataset import PoseSet
 from pipeline.learning import checkpoint
+from pipeline.learning.allocator import keep_freed_memory
 from pipeline.learning.batches import Batches
 from pipeline.learning.checkpoint import Progress, State
-from pipeline.learning.memory import keep_freed_memory
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.objective import make_objective
-from pipeline.learning.precision import Products, matmul_precision
+from pipeline.learning.precision import MatmulPrecision, matmul_precision
 from pipeline.learning.step import CapturedStep, EagerStep, TrainingError, TrainState, is_captured
 from pipeline.progress import LOGGER, bar
 from pipeline.settings import TrainConfig
@@ -32,7 +32,7 @@ Report = Callable[[int, dict[str, float]], None]
 
 
 @dataclass(frozen=True)
-class Run:
+class TrainingRun:
     """What makes one training different from another.
 
     Attributes:
@@ -60,7 +60,9 @@ class Trainer:
         run: Seed, checkpoint and label.
     """
 
-    def __init__(self, robot: Robot, network: nn.Module, train: TrainConfig, run: Run) -> None:
+    def __init__(
+        self, robot: Robot, network: nn.Module, train: TrainConfig, run: TrainingRun
+    ) -> None:
         self.device = pick_device(train.device)
         if train.kinematics == "compiled" and self.device.type != "cpu":
             raise TrainingError(
@@ -73,7 +75,9 @@ class Trainer:
         self.best: State = {}
         self.objective = make_objective(robot, self.network, train, self.device, run.seed)
         keep_freed_memory()
-        self.products = Products(train.precision, self.network, train.batch_size, self.device)
+        self.products = MatmulPrecision(
+            train.precision, self.network, train.batch_size, self.device
+        )
         captured = is_captured(train, self.network, self.device)
         # With a weight decay of zero AdamW is Adam.
         self.optimizer = torch.optim.AdamW(

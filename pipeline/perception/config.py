@@ -56,7 +56,7 @@ class PerturbationConfig:
 
 
 @dataclass
-class VocabularyConfig:
+class OpenVocabularyConfig:
     """An open-vocabulary detector from a folder of the user's."""
 
     model: str | None = None
@@ -80,7 +80,7 @@ class PerceptionConfig:
     threshold: float = MISSING
     eye: EyeConfig = field(default_factory=EyeConfig)
     perturbation: PerturbationConfig = field(default_factory=PerturbationConfig)
-    vocabulary: VocabularyConfig = field(default_factory=VocabularyConfig)
+    vocabulary: OpenVocabularyConfig = field(default_factory=OpenVocabularyConfig)
 
     def __post_init__(self) -> None:
         """Refuse unknown sources and detectors."""

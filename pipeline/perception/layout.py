@@ -80,13 +80,13 @@ def _free(
     return True
 
 
-def footprint(thing: ObjectConfig) -> float:
+def footprint(obj: ObjectConfig) -> float:
     """Radius of the circle about a thing's centre that holds its parts' middles and girths [m].
 
     The ends of a long part stick out of it: two bananas may lie closer than a circle about each.
     """
-    reaches = [0.5 * thing.height]
-    for part in thing.parts:
+    reaches = [0.5 * obj.height]
+    for part in obj.parts:
         girth = part.size[0] if part.shape != "box" else 0.5 * max(part.size[:2])
         reaches.append(float(np.linalg.norm(part.position[:2])) + girth)
     return max(reaches)

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from pipeline.perception.config import VocabularyConfig
+from pipeline.perception.config import OpenVocabularyConfig
 from pipeline.perception.detection import Detection
 from pipeline.perception.embedded import SAME, overlap
 from pipeline.perception.errors import PerceptionError
@@ -27,7 +27,9 @@ class OpenVocabularyDetector:
         names: The classes; each is turned into a text by the prompt.
     """
 
-    def __init__(self, config: VocabularyConfig, names: Sequence[str], threshold: float) -> None:
+    def __init__(
+        self, config: OpenVocabularyConfig, names: Sequence[str], threshold: float
+    ) -> None:
         """Load a model from a local folder; nothing is downloaded, and no code of it is run.
 
         Args:

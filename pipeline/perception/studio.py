@@ -80,7 +80,7 @@ class Studio:
             eye: How pictures are rendered where the domain does not say.
             visible: Least visible share of a disc of a thing's height.
         """
-        self.scene = Scene(robot, required_scene(grasp, robot.name), grasp.engine)
+        self.scene = Scene(robot, required_scene(grasp, robot.name), grasp.physics)
         self._objects, self._eye, self._visible = grasp.objects, eye, visible
         self._camera = mounted(robot)
         self._fixed = self._bodies()
@@ -130,7 +130,7 @@ class Studio:
                 self.scene.config,
                 count,
                 draw,
-                [thing.place for thing in laid],
+                [obj.place for obj in laid],
                 lambda: distractor_colour(draw, domain),
             )
             self._paint(draw, domain)

@@ -38,7 +38,7 @@ def targets_of(
     names: tuple[str, ...],
     size: tuple[int, int],
     scale: float,
-    spread: float,
+    sigma: float,
 ) -> Targets:
     """Draw the targets of a picture.
 
@@ -47,7 +47,7 @@ def targets_of(
         names: Classes, in the order of the heat maps.
         size: Width and height of the network's input [pixels].
         scale: Input pixels for each pixel of the labels.
-        spread: Standard deviation of a bump [cells].
+        sigma: Standard deviation of a bump [cells].
     """
     columns, rows = size[0] // STRIDE, size[1] // STRIDE
     heat = np.zeros((len(names), rows, columns), np.float32)
@@ -60,7 +60,7 @@ def targets_of(
         x0, y0, x1, y1 = np.array(label.box) * scale / STRIDE
         column, row = min(int(u), columns - 1), min(int(v), rows - 1)
         far = (across[None, :] - u) ** 2 + (down[:, None] - v) ** 2
-        bump = np.exp(-0.5 * far / spread**2)
+        bump = np.exp(-0.5 * far / sigma**2)
         bump[row, column] = 1.0
         kind = names.index(label.name)
         heat[kind] = np.maximum(heat[kind], bump)
@@ -97,8 +97,8 @@ def loss(
     likely = torch.sigmoid(logits)
     hit = functional.logsigmoid(logits) * (1.0 - likely) ** 2
     miss = functional.logsigmoid(-logits) * likely**2 * (1.0 - heat) ** 4
-    things = centre.sum().clamp(min=1)
-    focal = -torch.where(centre, hit, miss).sum() / things
+    objects = centre.sum().clamp(min=1)
+    focal = -torch.where(centre, hit, miss).sum() / objects
     errors = ((regressed - offsets).abs() * known[:, None]).sum(dim=(0, 2, 3))
     cells = known.sum().clamp(min=1)
     return focal + (offset_weight * errors[:2].sum() + box_weight * errors[2:].sum()) / cells

@@ -54,7 +54,7 @@ class DetectorTrainer:
         self._config, self._images, self._seed = config, pictures.images, seed
         size = (config.network.width, config.network.height)
         targets = [
-            targets_of(labels, names, size, size[0] / camera.width, config.spread)
+            targets_of(labels, names, size, size[0] / camera.width, config.heatmap_sigma)
             for labels, camera in zip(pictures.labels, pictures.cameras, strict=True)
         ]
         self._heat = torch.from_numpy(np.stack([target.heat for target in targets]))

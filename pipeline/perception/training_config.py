@@ -103,7 +103,7 @@ class DetectorConfig:
     weight_decay: float = MISSING
     offset_weight: float = MISSING
     box_weight: float = MISSING
-    spread: float = MISSING  # cells
+    heatmap_sigma: float = MISSING  # cells
     gradient_clip: float = MISSING
     precision: str = MISSING
     checkpoint_epochs: int = MISSING
@@ -118,7 +118,7 @@ class DetectorConfig:
         """Refuse a training without pictures or steps."""
         for name in ("pictures", "held_out_pictures", "chunk", "epochs", "batch_size"):
             positive(f"detector.{name}", getattr(self, name))
-        for name in ("learning_rate", "spread", "gradient_clip", "checkpoint_epochs"):
+        for name in ("learning_rate", "heatmap_sigma", "gradient_clip", "checkpoint_epochs"):
             positive(f"detector.{name}", getattr(self, name))
         for name in ("warm_up_steps", "weight_decay", "offset_weight", "box_weight"):
             at_least(f"detector.{name}", getattr(self, name), 0)

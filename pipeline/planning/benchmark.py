@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import baselines
-from pipeline.data.rows import KeptRows
+from pipeline.data.rows import RowCheckpoint
 from pipeline.planning.config import MotionConfig, PlanConfig
 from pipeline.planning.continuity import branch_flips, joint_steps, kernel_options
 from pipeline.planning.control import control_points
@@ -83,8 +83,8 @@ def plan_both(
 ) -> tuple[Motion, Motion]:
     """Plan one motion on the path as asked at all costs, and as `config.motion` allows."""
     rules = (replace(config.motion, reroute=False), config.motion)
-    asked, driven = (plan_by_rule(robot, solver, pair, rule, repair) for rule in rules)
-    return asked, driven
+    requested, driven = (plan_by_rule(robot, solver, pair, rule, repair) for rule in rules)
+    return requested, driven
 
 
 def shown_pair(robot: Robot, pairs: list[Pair], rule: MotionConfig) -> Pair:
@@ -137,7 +137,7 @@ def benchmark(
     solvers: Mapping[str, Solver],
     config: PlanConfig,
     seed: int,
-    kept: KeptRows,
+    kept: RowCheckpoint,
     repair: Solver | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> pd.DataFrame:
@@ -177,7 +177,7 @@ def benchmark(
                 motion = plan_pair(robot, solver, pair, config, repair)
                 busy_ms = (time.thread_time() - begin) * MS_PER_S
                 if number not in verdicts:
-                    verdicts[number] = asdict(judge_path(robot, motion.asked, options))
+                    verdicts[number] = asdict(judge_path(robot, motion.requested, options))
                 row = {"robot": robot.name, "solver": name, "pair": number, "busy_ms": busy_ms}
                 row |= {**verdicts[number], **judge(robot, motion)}
                 kept.put(row)
@@ -194,9 +194,9 @@ def judge(robot: Robot, motion: Motion) -> dict[str, float | int | bool]:
         motion.joints > robot.upper + LIMIT_SLACK
     )
     answered = robot.forward_kinematics(motion.answers)[:, :3]
-    query_error_mm = 1e3 * np.linalg.norm(answered - motion.asked[:, :3], axis=1)
-    away_mm = 1e3 * np.linalg.norm(motion.poses[:, :3] - motion.asked[:, :3], axis=1)
-    turned = rotation_angle(motion.poses[:, 3:], motion.asked[:, 3:])
+    query_error_mm = 1e3 * np.linalg.norm(answered - motion.requested[:, :3], axis=1)
+    away_mm = 1e3 * np.linalg.norm(motion.poses[:, :3] - motion.requested[:, :3], axis=1)
+    turned = rotation_angle(motion.poses[:, 3:], motion.requested[:, 3:])
     return {
         "plan_time_ms": motion.time_s * MS_PER_S,
         "waypoints": len(motion.poses),
@@ -212,13 +212,13 @@ def judge(robot: Robot, motion: Motion) -> dict[str, float | int | bool]:
         "detour_mm": float(away_mm.max()),
         "detour_deg": float(np.rad2deg(turned.max())),
         "length_m": _length(motion.poses),
-        "asked_length_m": _length(motion.asked),
+        "requested_length_m": _length(motion.requested),
         "query_time_ms": motion.query_s * MS_PER_S,
         "query_waypoints_found": int(motion.answered.sum()),
         "query_tip_error_mm": float(query_error_mm.max()),
         "query_tip_error_mean_mm": float(query_error_mm.mean()),
         "query_largest_step_rad": float(joint_steps(motion.answers).max()),
-        "query_flips": int(branch_flips(robot, motion.answers, motion.asked).sum()),
+        "query_flips": int(branch_flips(robot, motion.answers, motion.requested).sum()),
     }
 
 

@@ -34,20 +34,20 @@ class TimingConfig:
 
     speed: float = MISSING  # share of the velocity limits
     swing: float = MISSING  # share of the velocity limits, from joints to joints
-    fastest: float = MISSING  # rad/s or m/s
+    velocity_cap: float = MISSING  # rad/s or m/s
     rate: float = MISSING  # Hz
     pause_s: float = MISSING  # s at rest after a motion
-    longest_s: float = MISSING  # s
+    max_duration_s: float = MISSING  # s
 
     def __post_init__(self) -> None:
         """Refuse speeds beyond the limits."""
         for name in ("speed", "swing"):
             positive(f"timing.{name}", getattr(self, name))
             within(f"timing.{name}", getattr(self, name), 0.0, 1.0)
-        positive("timing.fastest", self.fastest)
+        positive("timing.velocity_cap", self.velocity_cap)
         positive("timing.rate", self.rate)
         at_least("timing.pause_s", self.pause_s, 0)
-        positive("timing.longest_s", self.longest_s)
+        positive("timing.max_duration_s", self.max_duration_s)
 
 
 @dataclass

@@ -80,7 +80,7 @@ def kernel_options(solver: Solver | None) -> LmOptions | None:
     return kernel.options(None) if isinstance(kernel, LevenbergMarquardt) else None
 
 
-def mend(
+def repair_path(
     robot: Robot,
     poses: Array,
     joints: Array,
@@ -88,7 +88,7 @@ def mend(
     ends: Ends,
     options: LmOptions,
     candidates: Array | None = None,
-    wholly: bool = False,
+    flip_free_only: bool = False,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Replace a path that flips or misses waypoints by a better one, if there is one.
 
@@ -100,7 +100,7 @@ def mend(
         ends: Joints that the path has to start and end with.
         options: Tolerances and damping of the repair.
         candidates: More answers for each waypoint to begin from, shape (S, K, dof).
-        wholly: Look for paths without any flip alone; with few flips none is wanted.
+        flip_free_only: Look for paths without any flip alone; with few flips none is wanted.
 
     Returns:
         Joints, shape (S, dof), and which waypoints were reached, shape (S,): the answers as they
@@ -113,12 +113,12 @@ def mend(
     if followed is not None:
         paths.append((followed, np.ones(len(poses), dtype=bool)))
     else:
-        paths += _searched(robot, poses, ends, options, wholly)
+        paths += _searched(robot, poses, ends, options, flip_free_only)
     return min(paths, key=lambda path: _badness(robot, path[0], path[1], poses))
 
 
 def _searched(
-    robot: Robot, poses: Array, ends: Ends, options: LmOptions, wholly: bool
+    robot: Robot, poses: Array, ends: Ends, options: LmOptions, flip_free_only: bool
 ) -> list[tuple[Array, NDArray[np.bool_]]]:
     """Search branches one by one, then all from the start, then all from the target.
 
@@ -132,11 +132,13 @@ def _searched(
             return [(branch, np.ones(len(poses), dtype=bool))]
     paths = []
     if first is not None or last is None:
-        path, reached = fewest_flips(robot, poses, options, QUICK, first, last, wholly)
+        path, reached = fewest_flips(robot, poses, options, QUICK, first, last, flip_free_only)
         paths.append(_pinned(path, reached, ends))
         if _badness(robot, path, reached, poses)[:2] == (0, 0):
             return paths
-    path, reached = fewest_flips(robot, poses[::-1].copy(), options, QUICK, last, first, wholly)
+    path, reached = fewest_flips(
+        robot, poses[::-1].copy(), options, QUICK, last, first, flip_free_only
+    )
     paths.append(_pinned(path[::-1].copy(), reached[::-1].copy(), ends))
     return paths
 

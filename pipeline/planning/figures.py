@@ -56,18 +56,18 @@ def write_figures(
         save(_joint_figure(robot, motions), folder, "joints", DPI)
 
 
-def write_route(robot: Robot, asked: Motion, driven: Motion, solver: str, folder: Path) -> None:
+def write_route(robot: Robot, requested: Motion, driven: Motion, solver: str, folder: Path) -> None:
     """Write a figure of a path that flips and of the curve that is driven for it.
 
     Args:
         robot: The robot.
-        asked: The plan on the path as it was asked for.
+        requested: The plan on the path as it was asked for.
         driven: The plan between the same ends on another curve.
         solver: Name of the solver of both.
         folder: Where the figure goes.
     """
     with styled():
-        save(_route_figure(robot, asked, driven, solver), folder, "route", DPI)
+        save(_route_figure(robot, requested, driven, solver), folder, "route", DPI)
 
 
 def _path_figure(robot: Robot, polygon: np.ndarray, motions: Mapping[str, Motion]) -> Figure:
@@ -87,7 +87,7 @@ def _path_figure(robot: Robot, polygon: np.ndarray, motions: Mapping[str, Motion
         reached = robot.forward_kinematics(motion.joints)
         axes.plot(*reached[:, :3].T, linestyle=look.line, color=look.colour, linewidth=1.2)
         answered = robot.forward_kinematics(motion.answers)[:, :3]
-        away = 1e3 * np.linalg.norm(answered - motion.asked[:, :3], axis=1)
+        away = 1e3 * np.linalg.norm(answered - motion.requested[:, :3], axis=1)
         met = np.maximum(motion.tip_error_mm, SMALLEST_MM)
         errors.plot(k, met, linestyle=look.line, color=look.colour, label=solver_title(name))
         errors.plot(k, np.maximum(away, SMALLEST_MM), ".", color=look.colour, markersize=3)
@@ -124,7 +124,7 @@ def _joint_figure(robot: Robot, motions: Mapping[str, Motion]) -> Figure:
     return figure
 
 
-def _route_figure(robot: Robot, asked: Motion, driven: Motion, solver: str) -> Figure:
+def _route_figure(robot: Robot, requested: Motion, driven: Motion, solver: str) -> Figure:
     """The path that flips and the other curve in space, and the joint steps along both."""
     figure = Figure(figsize=(8.2, 4.3), layout="constrained")
     grid = figure.add_gridspec(1, 2, width_ratios=(1.45, 1.0))
@@ -132,15 +132,17 @@ def _route_figure(robot: Robot, asked: Motion, driven: Motion, solver: str) -> F
     steps = figure.add_subplot(grid[1])
     inner = np.zeros((0, 3)) if driven.route is None else driven.route.control_points
     polygon = np.vstack([driven.poses[:1, :3], inner, driven.poses[-1:, :3]])
-    size = frame_box(axes, np.vstack([asked.poses[:, :3], driven.poses[:, :3], polygon]))
-    axes.plot(*asked.poses[:, :3].T, color=LOOKS[1].colour, linewidth=1.6, label="path as asked")
-    flips = np.flatnonzero(branch_flips(robot, asked.joints, asked.poses))
-    where = 0.5 * (asked.poses[flips, :3] + asked.poses[flips + 1, :3])
+    size = frame_box(axes, np.vstack([requested.poses[:, :3], driven.poses[:, :3], polygon]))
+    axes.plot(
+        *requested.poses[:, :3].T, color=LOOKS[1].colour, linewidth=1.6, label="path as asked"
+    )
+    flips = np.flatnonzero(branch_flips(robot, requested.joints, requested.poses))
+    where = 0.5 * (requested.poses[flips, :3] + requested.poses[flips + 1, :3])
     axes.plot(*where.T, "X", color=LOOKS[1].colour, markersize=9, label="branch flip")
     axes.plot(*driven.poses[:, :3].T, color=LOOKS[0].colour, linewidth=2.2, label="curve driven")
     draw_frames(axes, driven.poses, size)
     draw_polygon(axes, polygon, INK, "control polygon of the curve driven")
-    for motion, look in ((asked, LOOKS[1]), (driven, LOOKS[0])):
+    for motion, look in ((requested, LOOKS[1]), (driven, LOOKS[0])):
         _draw_steps(steps, motion, look.colour)
     steps.axhline(FLIP_STEP, color=PAPER_COLOUR, linestyle="--", label="a flip is longer")
     axes.set_title(f"{robot_title(robot.name)}, {solver_title(solver)}: another curve")

@@ -15,10 +15,10 @@ from pipeline.planning.continuity import (
     fits,
     joint_steps,
     kernel_options,
-    mend,
+    repair_path,
 )
 from pipeline.planning.path import tip_path
-from pipeline.planning.query import answer
+from pipeline.planning.query import solve_waypoints
 from pipeline.planning.reach import out_of_reach
 from pipeline.planning.route import Route, find_route
 from robots.rotations import rotation_angle
@@ -46,9 +46,9 @@ class Motion:
         answers: Joints as the batched query gave them, before any repair, shape (S, dof).
         answered: The solver's claims in it, shape (S,).
         query_s: Wall time of path and query alone [s].
-        asked: Tip poses on the path that was asked for, shape (S, 7); `answers` are for these.
+        requested: Tip poses on the path that was asked for, shape (S, 7); `answers` are for these.
         route: The other curve that is driven where no joints were found for that path, or None:
-            then `poses` and `asked` are the same.
+            then `poses` and `requested` are the same.
     """
 
     poses: Array
@@ -62,7 +62,7 @@ class Motion:
     answers: Array
     answered: NDArray[np.bool_]
     query_s: float
-    asked: Array
+    requested: Array
     route: Route | None
 
 
@@ -79,9 +79,9 @@ def plan_motion(
 ) -> Motion:
     """Plan a motion of the tip with one batched inverse-kinematics query.
 
-    How the batch is asked is said in `query.answer`. If its answers flip between branches of
-    solutions or miss a waypoint, they are mended, see `continuity.mend`. Where the joints at the
-    start are not given, the branch is free.
+    How the batch is solved is said in `query.solve_waypoints`. If its answers flip between branches
+    of solutions or miss a waypoint, they are repaired, see `continuity.repair_path`. Where the
+    joints at the start are not given, the branch is free.
 
     No obstacle is avoided, as in the paper: clearance comes from the control points.
 
@@ -111,20 +111,20 @@ def plan_motion(
     if options is None and repair is not None:
         raise ValueError(f"repair must be lm or cycleik_refined, got {repair.name or repair}")
     begin = time.perf_counter()
-    asked = tip_path(first, last, control_points, steps, control_rotations)
+    requested = tip_path(first, last, control_points, steps, control_rotations)
     ends = Ends(first_joints, last_joints)
-    given = answer(robot, solver, asked, ends)
+    given = solve_waypoints(robot, solver, requested, ends)
     query_s = time.perf_counter() - begin
-    poses, joints, found, route = asked, given.joints, given.found, None
+    poses, joints, found, route = requested, given.joints, given.found, None
     if options is not None:
-        astray = reroute and out_of_reach(robot, asked, found, options)
-        mending = (robot, asked, joints, found, ends, options, given.candidates)
+        astray = reroute and out_of_reach(robot, requested, found, options)
+        mending = (robot, requested, joints, found, ends, options, given.candidates)
         if not astray:  # else no search can help, so do without
-            joints, found = mend(*mending, wholly=reroute)
-        if reroute and not fits(robot, joints, found, asked):
-            route = find_route(robot, asked, ends, options)
+            joints, found = repair_path(*mending, flip_free_only=reroute)
+        if reroute and not fits(robot, joints, found, requested):
+            route = find_route(robot, requested, ends, options)
             if route is None:
-                joints, found = mend(*mending)
+                joints, found = repair_path(*mending)
     if route is not None:
         poses, joints, found = route.poses, route.joints, np.ones(steps, dtype=bool)
     seconds = time.perf_counter() - begin
@@ -141,7 +141,7 @@ def plan_motion(
         answers=given.joints,
         answered=given.found,
         query_s=query_s,
-        asked=asked,
+        requested=requested,
         route=route,
     )
 

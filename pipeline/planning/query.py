@@ -49,7 +49,7 @@ class Answers(NamedTuple):
     candidates: Array | None
 
 
-def answer(robot: Robot, solver: Solver, poses: Array, ends: Ends) -> Answers:
+def solve_waypoints(robot: Robot, solver: Solver, poses: Array, ends: Ends) -> Answers:
     """Ask a solver for all waypoints of a path.
 
     A network with several hypotheses is asked once. Of each waypoint's hypotheses that one is taken

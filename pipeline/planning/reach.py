@@ -25,7 +25,7 @@ REACH_ITERATIONS = 20_000  # of descents from random configurations before a pos
 
 
 @dataclass(frozen=True)
-class Verdict:
+class PathFeasibility:
     """What a path allows.
 
     Attributes:
@@ -37,7 +37,7 @@ class Verdict:
     continuous: bool
 
 
-def judge_path(robot: Robot, poses: Array, options: LmOptions) -> Verdict:
+def judge_path(robot: Robot, poses: Array, options: LmOptions) -> PathFeasibility:
     """Find out whether a path stays in reach and can be followed without a flip.
 
     The branch at the start is free. Branches are followed one by one first, then all of them are
@@ -50,11 +50,11 @@ def judge_path(robot: Robot, poses: Array, options: LmOptions) -> Verdict:
         options: Tolerances and damping.
     """
     if not stays_in_reach(robot, poses, options):
-        return Verdict(in_reach=False, continuous=False)
+        return PathFeasibility(in_reach=False, continuous=False)
     continuous = one_branch(robot, poses, options, EXHAUSTIVE) is not None
     for path in (poses, poses[::-1].copy()):
         continuous = continuous or _any_branch(robot, path, options, EXHAUSTIVE)
-    return Verdict(in_reach=True, continuous=continuous)
+    return PathFeasibility(in_reach=True, continuous=continuous)
 
 
 def out_of_reach(robot: Robot, poses: Array, found: NDArray[np.bool_], options: LmOptions) -> bool:

@@ -20,8 +20,8 @@ from baselines.refine import refine
 from pipeline.planning.continuity import Ends, branch_flips, joint_steps
 from pipeline.planning.curve import Curve, between, fit
 from pipeline.planning.follow_kernel import follow_until_complete
+from pipeline.planning.joint_space_candidates import joint_space_candidates
 from pipeline.planning.search import QUICK, TASK
-from pipeline.planning.ways import ways
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -52,12 +52,12 @@ class Route(NamedTuple):
     collisions: int
 
 
-def find_route(robot: Robot, asked: Array, ends: Ends, options: LmOptions) -> Route | None:
+def find_route(robot: Robot, requested: Array, ends: Ends, options: LmOptions) -> Route | None:
     """Find a curve between the ends of a path that can be followed without a flip.
 
     Args:
         robot: The robot.
-        asked: Waypoints that could not be followed, base frame, shape (S, 7).
+        requested: Waypoints that could not be followed, base frame, shape (S, 7).
         ends: Joints that the path has to start and end with.
         options: Tolerances and damping.
 
@@ -66,29 +66,29 @@ def find_route(robot: Robot, asked: Array, ends: Ends, options: LmOptions) -> Ro
         in collision, else None: an end is out of reach, or no curve could be followed.
     """
     best: tuple[Curve, Route] | None = None
-    for tried, way in enumerate(ways(robot, asked, ends, options)):
+    for tried, candidate in enumerate(joint_space_candidates(robot, requested, ends, options)):
         if best is not None and tried >= TRIES:
             break
-        driven = _fitted(robot, asked, way, ends, options)
+        driven = _fitted(robot, requested, candidate, ends, options)
         if driven is None:
             continue
         if best is None or driven[1].collisions < best[1].collisions:
             best = driven
         if best[1].collisions == 0:
             break
-    return None if best is None else _drawn_back(robot, asked, *best, ends, options)
+    return None if best is None else _drawn_back(robot, requested, *best, ends, options)
 
 
 def _fitted(
-    robot: Robot, asked: Array, way: Array, ends: Ends, options: LmOptions
+    robot: Robot, requested: Array, candidate: Array, ends: Ends, options: LmOptions
 ) -> tuple[Curve, Route] | None:
     """Fit a curve to a way between joints (S, dof) and solve it, None where that fails."""
-    tips = robot.forward_kinematics(way)
-    tips[[0, -1]] = asked[[0, -1]]
+    tips = robot.forward_kinematics(candidate)
+    tips[[0, -1]] = requested[[0, -1]]
     for degree, stretches in DETAILS:
         curve = fit(tips, degree, stretches)
-        poses = curve.poses(len(asked))
-        solved = refine(robot, poses, way[:, None], options._replace(starts=1))
+        poses = curve.poses(len(requested))
+        solved = refine(robot, poses, candidate[:, None], options._replace(starts=1))
         if solved.found.all():
             route = _checked(robot, curve, poses, solved.joints, ends)
             if route is not None:
@@ -97,18 +97,18 @@ def _fitted(
 
 
 def _drawn_back(
-    robot: Robot, asked: Array, curve: Curve, route: Route, ends: Ends, options: LmOptions
+    robot: Robot, requested: Array, curve: Curve, route: Route, ends: Ends, options: LmOptions
 ) -> Route:
     """Draw a curve towards the path that was asked for as far as the joints follow, by halving.
 
     The branch is followed from the start, so it has to arrive by itself where the joints at the
     target are given; neither collisions nor wide joint steps may be added.
     """
-    wish = fit(asked, curve.degree, curve.stretches)
+    wish = fit(requested, curve.degree, curve.stretches)
     share, step = 0.0, 0.5
     for _ in range(HALVINGS):
         drawn = between(curve, wish, share + step)
-        poses = drawn.poses(len(asked))
+        poses = drawn.poses(len(requested))
         joints = _follow(robot, poses, route.joints[0], options)
         closer = None if joints is None else _checked(robot, drawn, poses, joints, ends)
         if closer is not None and _no_worse(closer, route):

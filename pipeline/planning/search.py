@@ -158,7 +158,7 @@ def fewest_flips(
     effort: Effort,
     first: Array | None = None,
     goal: Array | None = None,
-    wholly: bool = False,
+    flip_free_only: bool = False,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Cover a path with as few branches as can be found.
 
@@ -173,7 +173,7 @@ def fewest_flips(
         effort: How thoroughly to search.
         first: Joints at the first waypoint [rad or m], shape (dof,), or None to choose.
         goal: Joints to end at, as near as can be, shape (dof,), or None.
-        wholly: Stop at the first flip or waypoint out of reach; the rest stays near.
+        flip_free_only: Stop at the first flip or waypoint out of reach; the rest stays near.
 
     Returns:
         Joints, shape (S, dof), and which waypoints were reached, shape (S,).
@@ -185,7 +185,7 @@ def fewest_flips(
             starts = first[None]
         else:
             starts = solutions(robot, poses[i], options, effort)
-        if len(starts) == 0 and wholly:
+        if len(starts) == 0 and flip_free_only:
             break
         if len(starts) == 0:
             i += 1
@@ -193,7 +193,7 @@ def fewest_flips(
         path = longest_path(robot, poses[i:], starts, options, effort, goal)
         joints[i : i + len(path)], found[i : i + len(path)] = path, True
         i += len(path)
-        if wholly:
+        if flip_free_only:
             break
     _stay_near(robot, poses, options, joints, found)
     return joints, found

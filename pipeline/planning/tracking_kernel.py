@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from baselines.damped_solve import damped_solve
 from baselines.linearise import (
     Linearisation,
-    aim,
     find_error,
     find_frames,
     find_jacobian,
     new_linearisation,
+    set_target,
 )
 
 Array = NDArray[np.float64]
@@ -71,11 +71,11 @@ def new_tracker(chain):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _step(chain, t, damping, freezes):  # type: ignore[no-untyped-def]
+def _step(chain, t, damping, max_active_set_passes):  # type: ignore[no-untyped-def]
     """Move t.q by z + Jᵀ (J Jᵀ + λ I)⁻¹ (e - J z), z = t.push, inside the limits."""
     dof = t.q.shape[0]
     t.free[:] = True
-    for _ in range(freezes + 1):
+    for _ in range(max_active_set_passes + 1):
         for i in range(6):
             t.wanted[i] = t.at.error[i]
         for k in range(dof):
@@ -110,13 +110,13 @@ def reach_pose(chain, pose, options, pushed, t):  # type: ignore[no-untyped-def]
     Args:
         chain: The chain of the robot.
         pose: The pose, base frame [m, unit quaternion].
-        options: `LmOptions`; tolerances, damping and freezes are used.
+        options: `LmOptions`; tolerances, damping and active-set passes are used.
         pushed: Whether the first step adds the null-space wish t.push.
         t: The `Tracker`.
     """
     position2 = options.position_tolerance_m**2
     rotation2 = options.rotation_tolerance_rad**2
-    aim(pose, t.at)
+    set_target(pose, t.at)
     for attempt in range(CORRECTIONS + 1):
         find_frames(chain, t.q, t.at)
         distance2, angle2 = find_error(pose, t.at)
@@ -128,7 +128,7 @@ def reach_pose(chain, pose, options, pushed, t):  # type: ignore[no-untyped-def]
             t.push[:] = 0.0
         find_jacobian(chain, t.at)
         damping = options.damping + options.damping_gain * (distance2 + angle2)
-        _step(chain, t, damping, options.freezes)
+        _step(chain, t, damping, options.max_active_set_passes)
         t.push[:] = 0.0
     return False
 

@@ -13,9 +13,9 @@ from pipeline.reporting import figures_experiment as experiment
 from pipeline.reporting import figures_grasps as grasps
 from pipeline.reporting import figures_planner as plans
 from pipeline.reporting.figures_agent_grasps import agent_outcomes
-from pipeline.reporting.losses import contests, losses_figure, verdict
-from pipeline.reporting.material import Material
+from pipeline.reporting.losses import compare_losses, losses_figure, verdict
 from pipeline.reporting.page import Illustration
+from pipeline.reporting.report_data import ReportData
 from pipeline.reporting.style import save, styled
 from pipeline.reporting.tables_agent_grasps import agent_trials
 from pipeline.reporting.tables_grasps import with_places
@@ -24,27 +24,27 @@ MAPPED = "cycleik"  # the solver whose precision is shown over the workspace
 Planned = Iterator[tuple[str, str, Callable[[], Figure]]]  # name, caption, how to draw it
 
 
-def draw_figures(material: Material, folder: Path) -> list[Illustration]:
+def draw_figures(data: ReportData, folder: Path) -> list[Illustration]:
     """Draw every figure that there are rows for, and say under each how to read it."""
     illustrations = []
     with styled():
-        for name, caption, draw in planned(material):
-            png, _ = save(draw(), folder, name, material.config.dpi)
+        for name, caption, draw in planned(data):
+            png, _ = save(draw(), folder, name, data.config.dpi)
             illustrations.append(Illustration(name, caption, png))
     return illustrations
 
 
-def planned(material: Material) -> Planned:
+def planned(data: ReportData) -> Planned:
     """Yield name, caption and how to draw it for every figure that there are rows for."""
-    yield from _of_solvers(material)
-    yield from _of_trainings(material)
-    yield from _of_plans(material)
-    yield from _of_grasps(material)
+    yield from _of_solvers(data)
+    yield from _of_trainings(data)
+    yield from _of_plans(data)
+    yield from _of_grasps(data)
 
 
-def _of_solvers(material: Material) -> Planned:
-    published, config = material.published, material.config
-    rows, summary, pairs = material.results.evaluate, material.summary, material.pairs
+def _of_solvers(data: ReportData) -> Planned:
+    published, config = data.published, data.config
+    rows, summary, pairs = data.results.evaluate, data.summary, data.pairs
     if rows:
         yield (
             "against_the_paper",
@@ -84,8 +84,8 @@ def _of_solvers(material: Material) -> Planned:
         )
 
 
-def _of_trainings(material: Material) -> Planned:
-    results = material.results
+def _of_trainings(data: ReportData) -> Planned:
+    results = data.results
     if any(len(curve) for _, curve in results.train.values()):
         yield (
             "training_curves",
@@ -93,7 +93,7 @@ def _of_trainings(material: Material) -> Planned:
             "median.",
             lambda: experiment.training_curves(results.train),
         )
-    if compared := contests(results.swept):
+    if compared := compare_losses(results.swept):
         yield (
             "losses",
             "Former and new losses at equal steps: mean of the runs, and from the smallest to the "
@@ -102,8 +102,8 @@ def _of_trainings(material: Material) -> Planned:
         )
 
 
-def _of_plans(material: Material) -> Planned:
-    results = material.results
+def _of_plans(data: ReportData) -> Planned:
+    results = data.results
     if results.plan:
         yield (
             "planner_flips",
@@ -115,12 +115,12 @@ def _of_plans(material: Material) -> Planned:
         yield (
             "planner_times",
             "Time and largest tip error of every plan; the dashed line is the paper's 70 ms.",
-            lambda: plans.planner_times(results.plan, material.published),
+            lambda: plans.planner_times(results.plan, data.published),
         )
 
 
-def _of_grasps(material: Material) -> Planned:
-    results, published, config = material.results, material.published, material.config
+def _of_grasps(data: ReportData) -> Planned:
+    results, published, config = data.results, data.published, data.config
     if results.grasp:
         yield (
             "grasp_outcomes",

@@ -23,8 +23,8 @@ CLAIMED = 10.0  # the paper: ten epochs instead of 100 to 300
 
 
 @dataclass(frozen=True)
-class Contest:
-    """Runs of one robot that differ in the loss and the repetition only.
+class LossComparison:
+    """Runs of one robot that differ in the loss and the replicate only.
 
     Attributes:
         robot: Name of the robot.
@@ -55,7 +55,7 @@ class Contest:
         return None if len(there) == 0 else float(new.index[-1] / there[0])
 
 
-def contests(runs: list[SweptRun]) -> list[Contest]:
+def compare_losses(runs: list[SweptRun]) -> list[LossComparison]:
     """Find the robots that were trained with the new and the former losses at equal steps."""
     found = []
     for group in alike(runs, ("loss",)):
@@ -65,23 +65,23 @@ def contests(runs: list[SweptRun]) -> list[Contest]:
             for kind, _ in KINDS
         }
         if all(len(frame) for frame in curves.values()):
-            found.append(Contest(group[0].robot, int(group[0].train["epochs"]), curves))
-    order = ordered_robots(contest.robot for contest in found)
-    return sorted(found, key=lambda contest: order.index(contest.robot))
+            found.append(LossComparison(group[0].robot, int(group[0].train["epochs"]), curves))
+    order = ordered_robots(comparison.robot for comparison in found)
+    return sorted(found, key=lambda comparison: order.index(comparison.robot))
 
 
-def losses_figure(found: list[Contest]) -> Figure:
+def losses_figure(found: list[LossComparison]) -> Figure:
     """Mean errors while training, with bands from the smallest to the largest of the runs."""
     figure, axes = panels(len(found) * len(KINDS), 3.7, 2.4, columns=len(KINDS))
-    places = [(contest, kind) for contest in found for kind in KINDS]
-    for axis, (contest, (kind, label)) in zip(axes, places, strict=True):
+    places = [(comparison, kind) for comparison in found for kind in KINDS]
+    for axis, (comparison, (kind, label)) in zip(axes, places, strict=True):
         for look, (loss, title) in zip(LOOKS, TITLES.items(), strict=False):
-            runs = contest.curves[loss, kind]
-            epochs = runs.index / runs.index[-1] * contest.epochs
+            runs = comparison.curves[loss, kind]
+            epochs = runs.index / runs.index[-1] * comparison.epochs
             axis.fill_between(
                 epochs, runs.min(axis=1), runs.max(axis=1), color=look.colour, alpha=0.2, lw=0
             )
-            mean = contest.mean(loss, kind)
+            mean = comparison.mean(loss, kind)
             axis.plot(
                 epochs,
                 mean,
@@ -91,26 +91,26 @@ def losses_figure(found: list[Contest]) -> Figure:
                 markersize=3,
                 label=title,
             )
-        axis.set(xlabel="epochs", ylabel=label, title=robot_title(contest.robot))
+        axis.set(xlabel="epochs", ylabel=label, title=robot_title(comparison.robot))
         logarithmic(axis, "y")
     legend_below(figure, axes)
     return figure
 
 
-def verdict(found: list[Contest]) -> str:
+def verdict(found: list[LossComparison]) -> str:
     """Say from the curves how much faster the new losses are, and whether the claim holds."""
     parts, gains = [], []
-    for contest in found:
+    for comparison in found:
         ends = {
-            loss: " / ".join(f"{contest.mean(loss, kind).iloc[-1]:.3g}" for kind, _ in KINDS)
+            loss: " / ".join(f"{comparison.mean(loss, kind).iloc[-1]:.3g}" for kind, _ in KINDS)
             for loss in TITLES
         }
-        both = [contest.gain(kind) for kind, _ in KINDS]
+        both = [comparison.gain(kind) for kind, _ in KINDS]
         gains += both
         times = ["never" if gain is None else f"{gain:.3g} times sooner" for gain in both]
         parts.append(
-            f"{robot_title(contest.robot)}: {ends[NEW]} mm / deg with the new losses against "
-            f"{ends[FORMER]} with the former after {contest.epochs} epochs; the new ones reach "
+            f"{robot_title(comparison.robot)}: {ends[NEW]} mm / deg with the new losses against "
+            f"{ends[FORMER]} with the former after {comparison.epochs} epochs; the new ones reach "
             f"the former's final position error {times[0]}, its rotation error {times[1]}."
         )
     holds = all(gain is not None and gain >= CLAIMED for gain in gains)
@@ -121,7 +121,7 @@ def verdict(found: list[Contest]) -> str:
     return " ".join(parts)
 
 
-def losses_table(found: list[Contest]) -> Table:
+def losses_table(found: list[LossComparison]) -> Table:
     """Final errors by robot and loss, mean and range over the runs."""
     table = Table(
         name="losses",
@@ -140,17 +140,17 @@ def losses_table(found: list[Contest]) -> Table:
             ),
         ],
     )
-    for contest in found:
+    for comparison in found:
         for loss, title in TITLES.items():
-            last = {kind: contest.curves[loss, kind].iloc[-1] for kind, _ in KINDS}
+            last = {kind: comparison.curves[loss, kind].iloc[-1] for kind, _ in KINDS}
             cells = {f"{kind}_mean": float(np.mean(values)) for kind, values in last.items()}
             cells |= {f"{kind}_least": float(np.min(values)) for kind, values in last.items()}
             cells |= {f"{kind}_largest": float(np.max(values)) for kind, values in last.items()}
             table.add(
-                robot=robot_title(contest.robot),
+                robot=robot_title(comparison.robot),
                 loss=title,
-                runs=contest.runs(loss),
-                epochs=contest.epochs,
+                runs=comparison.runs(loss),
+                epochs=comparison.epochs,
                 **cells,
             )
     return table

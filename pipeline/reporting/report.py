@@ -10,10 +10,10 @@ from pipeline.data.files import write_json, write_text
 from pipeline.errors import MissingArtifactError
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.figure_plan import draw_figures
-from pipeline.reporting.material import gather, make_tables
 from pipeline.reporting.metrics_file import headline_metrics
 from pipeline.reporting.page import Page, render
 from pipeline.reporting.published import read_published
+from pipeline.reporting.report_data import load, make_tables
 from pipeline.reporting.results import STAGES
 from pipeline.reporting.table import Table
 
@@ -55,8 +55,8 @@ def make_report(
         PublishedError: The published numbers cannot be read.
         MissingArtifactError: No stage has left anything there.
     """
-    material = gather(results_dir, read_published(published), config, profile)
-    if material.results.empty:
+    data = load(results_dir, read_published(published), config, profile)
+    if data.results.empty:
         raise MissingArtifactError(
             f"no stage has left anything in {results_dir}: check results_dir and profile, or run "
             f"one of {', '.join(STAGES)} first, such as: python -m pipeline evaluate"
@@ -67,13 +67,13 @@ def make_report(
         html=results_dir / "report.html",
         metrics=results_dir / "metrics.json",
     )
-    tables = make_tables(material)
+    tables = make_tables(data)
     _remove_others(paths.tables, [path for table in tables for path in table.write(paths.tables)])
-    illustrations = draw_figures(material, paths.figures)
+    illustrations = draw_figures(data, paths.figures)
     pictures = [picture.path for picture in illustrations]
     _remove_others(paths.figures, [*pictures, *(p.with_suffix(".pdf") for p in pictures)])
-    write_json(paths.metrics, headline_metrics(material.results, material.summary))
-    page = Page(material.results, config, tables, illustrations)
+    write_json(paths.metrics, headline_metrics(data.results, data.summary))
+    page = Page(data.results, config, tables, illustrations)
     write_text(paths.html, render(page))
     return paths
 
@@ -84,7 +84,7 @@ def make_table(results_dir: Path, published: Path, config: ReportConfig, name: s
     Raises:
         ValueError: There is no table of that name; the message lists the names.
     """
-    tables = make_tables(gather(results_dir, read_published(published), config))
+    tables = make_tables(load(results_dir, read_published(published), config))
     found = [table for table in tables if table.name == name]
     if not found:
         raise ValueError(f"no table '{name}'; there are {', '.join(t.name for t in tables)}")

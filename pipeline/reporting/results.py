@@ -23,7 +23,7 @@ SEEDED = "seeded_by_"  # folders of rows that started from another solver's answ
 JOINT = re.compile(r"q\d+")
 STAGES = ("dataset", "tune", "train", "evaluate", "plan", "grasp")
 # Made on demand: nothing is missing where they did not run.
-EXPERIMENTS = ("sample", "grasp_study", "grasp_agent", "contest", "detector")
+EXPERIMENTS = ("sample", "grasp_study", "grasp_agent", "compare_tuned", "detector")
 
 
 @dataclass
@@ -44,7 +44,7 @@ class Results:
         grasp: Trials, by robot.
         grasp_studies: Trials of the studies of grasps, by (robot, study).
         grasp_agents: Trials with a camera or an agent, by (robot, setting).
-        contest: Trainings of the best of a search and its rivals, by robot.
+        compare_tuned: Trainings of the best of a search and its rivals, by robot.
         detector: Raw rows on held-out pictures and the least score in use, by robot.
         media: Pictures and videos of a stage, by (stage, robot).
         notes: What is missing or could not be read, one sentence each.
@@ -65,7 +65,7 @@ class Results:
     grasp: dict[str, pd.DataFrame] = field(default_factory=dict)
     grasp_studies: dict[tuple[str, str], pd.DataFrame] = field(default_factory=dict)
     grasp_agents: dict[tuple[str, str], pd.DataFrame] = field(default_factory=dict)
-    contest: dict[str, pd.DataFrame] = field(default_factory=dict)
+    compare_tuned: dict[str, pd.DataFrame] = field(default_factory=dict)
     detector: dict[str, tuple[pd.DataFrame, float]] = field(default_factory=dict)
     media: dict[tuple[str, str], list[Path]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -180,10 +180,10 @@ def _read_detector(results: Results, place: Path) -> None:
         results.detector[place.name] = (rows, float(threshold))
 
 
-def _read_contest(results: Results, place: Path) -> None:
+def _read_compare_tuned(results: Results, place: Path) -> None:
     rows = _try(results, place / "trainings.parquet", read_table)
     if rows is not None and len(rows):
-        results.contest[place.name] = rows
+        results.compare_tuned[place.name] = rows
 
 
 def _read_each(
@@ -212,7 +212,7 @@ READERS: dict[str, Callable[[Results, Path], None]] = {
     "grasp_agent": lambda r, p: _read_each(
         r, p, r.grasp_agents, {f.name: f / "trials.parquet" for f in _folders(p)}
     ),
-    "contest": _read_contest,
+    "compare_tuned": _read_compare_tuned,
     "detector": _read_detector,
 }
 

@@ -43,8 +43,8 @@ class SweptRun:
         return dict(self.card["config"]["train"])
 
     def likeness(self, varied: tuple[str, ...]) -> str:
-        """Return what runs share that differ at most in repetition, seed and keys of ``train``."""
-        train = {key: v for key, v in self.train.items() if key not in (*varied, "repetition")}
+        """Return what runs share that differ at most in replicate, seed and keys of ``train``."""
+        train = {key: v for key, v in self.train.items() if key not in (*varied, "replicate")}
         model, versions = self.card["config"]["model"], self.card.get("versions")
         return json.dumps([self.robot, model, train, versions], sort_keys=True, default=str)
 
@@ -80,7 +80,7 @@ def read_sweeps(folder: Path) -> tuple[list[SweptRun], list[str]]:
 
 
 def alike(runs: list[SweptRun], varied: tuple[str, ...]) -> list[list[SweptRun]]:
-    """Group runs that differ at most in ``varied`` keys of the training, seed and repetition."""
+    """Group runs that differ at most in ``varied`` keys of the training, seed and replicate."""
     groups: dict[str, list[SweptRun]] = {}
     for run in runs:
         groups.setdefault(run.likeness(varied), []).append(run)

@@ -27,8 +27,8 @@ def detectors(results: Results) -> Table:
         "the camera being calibrated.",
         columns=[
             Column("robot", "Robot"),
-            Column("thing", "thing"),
-            Column("things", "in pictures"),
+            Column("object", "object"),
+            Column("objects", "in pictures"),
             Column("map50", "mAP50 [%]", percent=1),
             Column("precision", "precision [%]", percent=1),
             Column("recall", "recall [%]", percent=1),
@@ -44,8 +44,8 @@ def detectors(results: Results) -> Table:
         for name, line in lines.items():
             table.add(
                 robot=robot_title(robot),
-                thing=name.replace("_", " "),
-                things=line["things"],
+                object=name.replace("_", " "),
+                objects=line["objects"],
                 map50=line.get("map50", line.get("ap50")),
                 **{column: line[key] for column, key in FIGURES.items()},
             )

@@ -42,7 +42,7 @@ def planner(results: Results, published: Published) -> Table:
             Column("tip_error_largest_mm", "largest without a flip", TIP_ERROR, 3),
             Column("largest_step_rad", "largest joint step, median [rad]", digits=3),
             Column("query_without_flip", "query alone", FLIPS, percent=1),
-            Column("asked_without_flip", "on the path as asked", FLIPS, percent=1),
+            Column("requested_without_flip", "on the path as asked", FLIPS, percent=1),
             Column("without_flip", "as asked or on another curve", FLIPS, percent=1),
             Column("followed_without_flip", "as asked, of those that can be", FLIPS, percent=1),
         ],
@@ -72,7 +72,7 @@ def planner(results: Results, published: Published) -> Table:
             tip_error_largest_mm=_quantile(rows[rows.smooth], "tip_error_mm", 1.0),
             largest_step_rad=_quantile(rows, "largest_step_rad", 0.5),
             query_without_flip=_share(rows.query_flips == 0) if "query_flips" in rows else None,
-            asked_without_flip=_share(rows.smooth & ~rows.rerouted),
+            requested_without_flip=_share(rows.smooth & ~rows.rerouted),
             without_flip=_share(rows.smooth),
             followed_without_flip=_share((rows.smooth & ~rows.rerouted)[rows.continuous]),
         )
@@ -95,11 +95,11 @@ def planner_routes(results: Results) -> Table:
             Column("in_reach_failed", "with a flip", "plans in reach"),
             Column("beyond", "all", "plans out of reach"),
             Column("beyond_rerouted", "on another curve", "plans out of reach"),
-            Column("time_asked_ms", "as asked", "plan time, in reach, median [ms]", 3),
+            Column("time_requested_ms", "as asked", "plan time, in reach, median [ms]", 3),
             Column("time_rerouted_ms", "on another curve", "plan time, in reach, median [ms]", 3),
             Column("detour_mm", "away, median [mm]", "other curves, in reach", 3),
             Column("longer", "longer, median [times]", "other curves, in reach", 3),
-            Column("hit_asked", "as asked", COLLISION, percent=1),
+            Column("hit_requested", "as asked", COLLISION, percent=1),
             Column("hit_rerouted", "on another curve", COLLISION, percent=1),
             Column("limits", "plans beyond joint limits"),
         ],
@@ -113,7 +113,7 @@ def planner_routes(results: Results) -> Table:
         if "detour_mm" not in plans:
             continue
         inside, beyond = plans[plans.in_reach], plans[~plans.in_reach]
-        asked, other = (part[part.smooth] for part in (plans[~plans.rerouted], inside))
+        requested, other = (part[part.smooth] for part in (plans[~plans.rerouted], inside))
         other, every = other[other.rerouted], plans[plans.rerouted]
         table.add(
             robot=robot_title(robot),
@@ -123,11 +123,13 @@ def planner_routes(results: Results) -> Table:
             in_reach_failed=int((~inside.smooth).sum()),
             beyond=len(beyond),
             beyond_rerouted=int((beyond.smooth & beyond.rerouted).sum()),
-            time_asked_ms=_quantile(inside[~inside.rerouted], "plan_time_ms", 0.5),
+            time_requested_ms=_quantile(inside[~inside.rerouted], "plan_time_ms", 0.5),
             time_rerouted_ms=_quantile(other, "plan_time_ms", 0.5),
             detour_mm=_quantile(other, "detour_mm", 0.5),
-            longer=float((other.length_m / other.asked_length_m).median()) if len(other) else None,
-            hit_asked=_share(asked.collisions > 0),
+            longer=float((other.length_m / other.requested_length_m).median())
+            if len(other)
+            else None,
+            hit_requested=_share(requested.collisions > 0),
             hit_rerouted=_share(every.collisions > 0),
             limits=int((plans.limit_violations > 0).sum()),
         )
@@ -150,7 +152,7 @@ def one_row_a_plan(rows: pd.DataFrame) -> pd.DataFrame:
         "rerouted": "first",
         "detour_mm": "max",
         "length_m": "max",
-        "asked_length_m": "max",
+        "requested_length_m": "max",
         "collisions": "max",
         "limit_violations": "max",
     }

@@ -128,11 +128,11 @@ def tuned_against_table_one(results: Results) -> Table:
             Column("verdict", "against Table I"),
         ],
     )
-    for robot in ordered_robots(results.contest):
-        rows = results.contest[robot]
+    for robot in ordered_robots(results.compare_tuned):
+        rows = results.compare_tuned[robot]
         rival = rows[rows["name"] == RIVAL]
         for name, mine in rows.groupby("name", sort=False):
-            table.add(**_contest_row(robot, str(name), mine, rival))
+            table.add(**_compare_tuned_row(robot, str(name), mine, rival))
         budgets = rows.groupby(["currency", "amount"]).size().index
         for currency, amount in budgets:
             budget = CURRENCIES[str(currency)].format(float(amount))
@@ -153,7 +153,9 @@ def welch(mine: pd.Series, theirs: pd.Series) -> tuple[float, float, float]:
     return float(mine.mean() - theirs.mean()), float(low), float(high)
 
 
-def _contest_row(robot: str, name: str, mine: pd.DataFrame, rival: pd.DataFrame) -> dict[str, Any]:
+def _compare_tuned_row(
+    robot: str, name: str, mine: pd.DataFrame, rival: pd.DataFrame
+) -> dict[str, Any]:
     row: dict[str, Any] = {
         "robot": robot_title(robot),
         "name": f"{TITLES.get(name, name)} ({mine.model.iloc[0]})",

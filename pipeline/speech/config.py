@@ -30,13 +30,13 @@ class MicrophoneConfig:
     """When an instruction ends."""
 
     device: str | None = None
-    longest_s: float = MISSING
+    max_duration_s: float = MISSING
     silence_s: float = MISSING
     level: float = MISSING
 
     def __post_init__(self) -> None:
         """Refuse to listen for no time."""
-        positive("speech.microphone.longest_s", self.longest_s)
+        positive("speech.microphone.max_duration_s", self.max_duration_s)
         positive("speech.microphone.silence_s", self.silence_s)
         within("speech.microphone.level", self.level, 0, 1)
 

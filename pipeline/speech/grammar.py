@@ -155,9 +155,9 @@ def _add_targets(graph: Graph, vocabulary: VocabularyConfig, names: Collection[s
         graph.add(state, ENDED, _nouns(vocabulary, names))
     for side in sides:
         if len(side.split()) == 1:
-            graph.add(WHICH, ENDED, [f"{side} {thing}" for thing in _THINGS])
+            graph.add(WHICH, ENDED, [f"{side} {kind}" for kind in _THINGS])
         elif side.split()[0] in ("on", "in"):
-            graph.add(WHICH, ENDED, [f"{thing} {side}" for thing in _THINGS])
+            graph.add(WHICH, ENDED, [f"{kind} {side}" for kind in _THINGS])
     graph.free(MANY, ENDED)
     graph.add(MANY, TARGET, vocabulary.exceptions)
     graph.add(PLACE, ENDED, (p for phrases in vocabulary.places.values() for p in phrases))

@@ -79,7 +79,7 @@ class Utterance:
     @property
     def ended(self) -> bool:
         """Whether the instruction is over, or nobody began one in time."""
-        if len(self._blocks) * BLOCK_S >= self._config.longest_s:
+        if len(self._blocks) * BLOCK_S >= self._config.max_duration_s:
             return True
         return self.spoken and self._silent_s >= self._config.silence_s
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from pipeline import provenance
 from pipeline.artifacts import SPLITS, exclusive
+from pipeline.data.chunk_executor import chunk_executor
 from pipeline.data.dataset import split_seed, write_card, write_split
-from pipeline.data.spread import spread_of
 from pipeline.data.tables import TableError, read_metadata, read_table
 from pipeline.progress import bar
 from pipeline.settings import Config
@@ -53,7 +53,7 @@ def _make(folder: Path, robot: Robot, split: str, config: Config) -> dict[str, A
             count,
             seed=wanted["seed"],
             workspace_filter=config.robot.workspace_filter,
-            spread=spread_of(config.engine, config.dataset.workers),
+            executor=chunk_executor(config.engine, config.dataset.workers),
             progress=shown.update,
         )
     facts = {

@@ -13,10 +13,10 @@ from pipeline.data.tables import write_table
 from pipeline.engine.cores import own_cores, usable_cores
 from pipeline.engine.running import fans_out, one_machine, run_tasks, workers_of
 from pipeline.evaluation.config import HOME
+from pipeline.evaluation.freshness import is_up_to_date
 from pipeline.evaluation.naming import row_name
-from pipeline.evaluation.runner import clear_parts, count_poses, evaluate_solver, question
-from pipeline.evaluation.subject import Subject
-from pipeline.evaluation.whole import is_whole
+from pipeline.evaluation.runner import cache_key, clear_chunks, count_poses, evaluate_solver
+from pipeline.evaluation.task import EvaluationTask
 from pipeline.progress import LOGGER, bar
 from pipeline.settings import Config
 from pipeline.solvers import check_seeder, check_solvers, is_neural
@@ -32,12 +32,12 @@ def run(config: Config) -> list[Path]:
     robot = robot_of(config)
     check_solvers({"evaluate.solvers": config.evaluate.solvers}, robot)
     if fans_out(config.engine):
-        config = _apart(robot, config)
+        config = _prepare_shared_inputs(robot, config)
     tasks = [(config, name) for name in config.evaluate.solvers]
     return run_tasks(config.engine, _one, tasks, title="evaluate")
 
 
-def _apart(robot: Robot, config: Config) -> Config:
+def _prepare_shared_inputs(robot: Robot, config: Config) -> Config:
     """Make here what several tasks would make at once, and say how many share a machine."""
     dataset_of(config)
     _seeder(robot, config)
@@ -49,18 +49,18 @@ def _apart(robot: Robot, config: Config) -> Config:
     return replace(config, evaluate=replace(config.evaluate, side_by_side=beside))
 
 
-def _one(task: tuple[Config, str]) -> Path:
-    config, name = task
+def _one(job: tuple[Config, str]) -> Path:
+    config, name = job
     robot = robot_of(config)
     poses = read_split(dataset_of(config), "test", robot).poses
     poses = poses[: config.evaluate.poses or None]
     solver, seeder = solver_of(name, robot, config), _seeder(robot, config)
     label = row_name(name, config.evaluate.pinned)
-    subject = Subject(robot, solver, poses, config.seed, label, seeder=seeder)
+    task = EvaluationTask(robot, solver, poses, config.seed, label, seeder=seeder)
     if not fans_out(config.engine):
-        return _evaluate(subject, config)
+        return _evaluate(task, config)
     with own_cores(config.evaluate.threads if config.evaluate.pinned else usable_cores()) as first:
-        return _evaluate(subject, _on_core(config, first))
+        return _evaluate(task, _on_core(config, first))
 
 
 def _on_core(config: Config, first: int) -> Config:
@@ -75,21 +75,21 @@ def _seeder(robot: Robot, config: Config) -> Solver | None:
     return solver_of(name, robot, config)
 
 
-def _evaluate(subject: Subject, config: Config) -> Path:
-    robot, label = subject.robot.name, subject.label
-    seeded_by = subject.seeder.name if subject.seeder is not None else ""
+def _evaluate(task: EvaluationTask, config: Config) -> Path:
+    robot, label = task.robot.name, task.label
+    seeded_by = task.seeder.name if task.seeder is not None else ""
     folders = artifacts(config)
     path = folders.evaluate(robot, label, seeded_by)
-    told = f"evaluate-{robot}-{label}" + (f"-{seeded_by}" if seeded_by else "")
-    parts = folders.root / "checkpoint" / told
-    asked = {**question(subject, config.evaluate), "profile": config.profile}
+    title = f"evaluate-{robot}-{label}" + (f"-{seeded_by}" if seeded_by else "")
+    cache = folders.root / "checkpoint" / title
+    key = {**cache_key(task, config.evaluate), "profile": config.profile}
     with exclusive(path):
-        if config.evaluate.keep and is_whole(path, asked):
+        if config.evaluate.keep and is_up_to_date(path, key):
             LOGGER.info("%s holds these rows already", path)
             return path
-        with bar(count_poses(subject, config.evaluate), "pose", told.replace("-", " ")) as shown:
-            rows = evaluate_solver(subject, config.evaluate, parts, shown.update)
-        facts = {**provenance.made_by(), "commit": provenance.commit(), **asked}
+        with bar(count_poses(task, config.evaluate), "pose", title.replace("-", " ")) as shown:
+            rows = evaluate_solver(task, config.evaluate, cache, shown.update)
+        facts = {**provenance.made_by(), "commit": provenance.commit(), **key}
         write_table(path, rows, facts)
-        clear_parts(parts)
+        clear_chunks(cache)
     return path

@@ -14,13 +14,13 @@ from pipeline import provenance
 from pipeline.artifacts import exclusive
 from pipeline.config import to_dict
 from pipeline.data.files import write_json
-from pipeline.data.rows import KeptRows
+from pipeline.data.rows import RowCheckpoint
 from pipeline.data.tables import write_table
 from pipeline.embodiment.loading import (
     EVIDENCE,
     embodied_facts,
     is_embodied,
-    senses_identity,
+    perception_identity,
     setting_name,
 )
 from pipeline.embodiment.series import AgentSeries
@@ -43,13 +43,13 @@ def run(config: Config) -> list[Path]:
     """Write raw rows, films and the class counts of a robot's trials, or the rows of a study."""
     robot = robot_of(config)
     required_scene(config.grasp, robot.name)  # a robot without one stops here, not after training
-    asked = {"grasp.solver": [config.grasp.solver]}
+    requested = {"grasp.solver": [config.grasp.solver]}
     if config.grasp.repair:
-        asked["grasp.repair"] = [config.grasp.repair]
+        requested["grasp.repair"] = [config.grasp.repair]
     study = config.grasp.ablation
     if study is not None:
-        asked["grasp.ablation.vary.solver"] = list(study.vary.get("solver", []))
-    check_solvers(asked, robot)
+        requested["grasp.ablation.vary.solver"] = list(study.vary.get("solver", []))
+    check_solvers(requested, robot)
     if study is not None and is_embodied(config):
         raise ConfigError("a study of grasps needs perception=perfect and agent=none")
     runner = load_runner(config)
@@ -66,7 +66,7 @@ def _embodied(config: Config, runner: AgentSeries) -> list[Path]:
     setting = setting_name(config)
     folder = artifacts(config).grasp_agent(config.robot.name, setting)
     facts = embodied_facts(config)
-    series, eyes = runner.experiment.series, senses_identity(runner)
+    series, eyes = runner.experiment.series, perception_identity(runner)
     made = _Kept(config, series, f"grasp-{setting}", facts, eyes)
     return _trials(config, runner, folder, made)
 
@@ -76,7 +76,7 @@ def _trials(config: Config, runner: Series | AgentSeries, folder: Path, made: _K
     with exclusive(folder):
         if not made.path.exists():  # nothing to go on with: what lies here is of an earlier run
             shutil.rmtree(folder / EVIDENCE, ignore_errors=True)
-        kept = KeptRows(made.path, KEY)
+        kept = RowCheckpoint(made.path, KEY)
         run_units(config, runner, kept)
         with _Progress(config.grasp.trials, f"grasp {robot.name}") as progress:
             rows = runner.run(kept, progress)
@@ -98,7 +98,7 @@ def _study(config: Config, study: Study) -> list[Path]:
     made = _Kept(config, series, "study")
     name = series.config.ablation.study
     with exclusive(folder):
-        kept = KeptRows(made.path, ablation.KEY)
+        kept = RowCheckpoint(made.path, ablation.KEY)
         run_units(config, study, kept)
         with _Progress(study.trials, f"{name} {series.robot.name}") as progress:
             rows = study.run(kept, progress)

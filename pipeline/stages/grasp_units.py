@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pipeline.config import to_yaml
-from pipeline.data.rows import KeptRows
+from pipeline.data.rows import RowCheckpoint
 from pipeline.embodiment.loading import is_embodied, load_agent_series, setting_name
 from pipeline.embodiment.series import AgentSeries
 from pipeline.engine.running import fans_out, run_tasks
@@ -40,7 +40,7 @@ def load_runner(config: Config) -> Runner:
     return load_agent_series(config, series, folder, detector)
 
 
-def run_units(config: Config, runner: Runner, kept: KeptRows) -> None:
+def run_units(config: Config, runner: Runner, kept: RowCheckpoint) -> None:
     """Run what is not yet kept on the engine, and keep each unit's rows as it ends.
 
     With a single worker on this machine nothing is done: the runner itself goes on from what is

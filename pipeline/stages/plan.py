@@ -8,7 +8,7 @@ from pipeline import provenance
 from pipeline.artifacts import exclusive
 from pipeline.config import to_dict
 from pipeline.data.files import write_json
-from pipeline.data.rows import KeptRows
+from pipeline.data.rows import RowCheckpoint
 from pipeline.data.tables import write_table
 from pipeline.evaluation.identity import solver_identity
 from pipeline.planning.benchmark import (
@@ -32,10 +32,10 @@ from pipeline.stages.inputs import artifacts, robot_of, solver_of
 def run(config: Config) -> list[Path]:
     """Write the raw rows of the planner benchmark and figures of one motion."""
     robot = robot_of(config)
-    asked = {"plan.solvers": config.plan.solvers}
+    requested = {"plan.solvers": config.plan.solvers}
     if config.plan.repair:
-        asked["plan.repair"] = [config.plan.repair]
-    check_solvers(asked, robot)
+        requested["plan.repair"] = [config.plan.repair]
+    check_solvers(requested, robot)
     folders = artifacts(config)
     folder = folders.plan(robot.name)
     solvers = {
@@ -49,7 +49,7 @@ def run(config: Config) -> list[Path]:
     path = folders.root / "checkpoint" / f"plan-{robot.name}-{provenance.digest(made_with)}.jsonl"
     total = len(solvers) * config.plan.pairs
     with exclusive(folder), bar(total, "plan", f"plan {robot.name}") as shown:
-        kept = KeptRows(path, KEY)
+        kept = RowCheckpoint(path, KEY)
         rows = benchmark(robot, solvers, config.plan, seed, kept, repair, shown.update)
         pairs = random_pairs(robot, config.plan.pairs, seed)
         pair = shown_pair(robot, pairs, config.plan.figure)

@@ -15,7 +15,7 @@ from pipeline.data.dataset import CARD, PoseSet, read_split
 from pipeline.data.files import read_json, write_json, write_text
 from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.networks import build_network, parameter_count
-from pipeline.learning.trainer import Run, Trainer
+from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.learning.weights import chain_facts, read_card, save_weights
 from pipeline.seeding import derive_seed
 from pipeline.settings import Config
@@ -35,7 +35,7 @@ def run(config: Config) -> list[Path]:
     folder = folders.train(robot.name, config.model.name)
     poses, held_out = (read_split(data, split, robot) for split in ("train", "validation"))
     poses = poses.first(config.train.poses)
-    seed = derive_seed(config.seed, "train", robot.name, config.model.name, config.train.repetition)
+    seed = derive_seed(config.seed, "train", robot.name, config.model.name, config.train.replicate)
     facts = [chain_facts(robot), to_dict(config.train), to_dict(config.model), seed]
     digest = provenance.digest([facts, read_json(data / CARD)["files"], provenance.versions()])
     with exclusive(folder) as waited:
@@ -48,7 +48,7 @@ def run(config: Config) -> list[Path]:
             robot,
             build_network(robot, config.model),
             config.train,
-            Run(seed, digest, label, checkpoint),
+            TrainingRun(seed, digest, label, checkpoint),
         )
         progress = trainer.fit(poses, held_out)
         _write(folder, robot, trainer, progress, held_out, config)

@@ -18,7 +18,7 @@ from pipeline.tuning.objective import check_search
 from pipeline.tuning.outputs import write_outputs, write_trials
 from pipeline.tuning.storage import STORAGE_ERRORS, storage_errors_named
 from pipeline.tuning.study import open_study, study_name
-from pipeline.tuning.worker import Job, search
+from pipeline.tuning.worker import SearchJob, search
 
 
 def run(config: Config) -> list[Path]:
@@ -36,7 +36,7 @@ def run(config: Config) -> list[Path]:
     name = study_name(config, digest)
     growing = folders.root / "checkpoint" / f"tune-{name}.log"
     kept = folder / "journal.log"
-    job = Job(config, data, digest, growing)
+    job = SearchJob(config, data, digest, growing)
     with exclusive(folder):
         fetch_journal(kept, growing, name)
         store = job.store()

@@ -23,7 +23,7 @@ KINDS_OF = {
 # `tune` says how long and on what a trial trains; the rest names a run or what is kept of it.
 FIXED = (
     *("epochs", "validations", "poses", "name", "kind"),
-    *("repetition", "checkpoint_s", "device", "keep", "source"),
+    *("replicate", "checkpoint_s", "device", "keep", "source"),
 )
 PRUNERS = ("none", "outclassed", "percentile", "median", "hyperband")
 JOURNAL = "journal"
@@ -126,19 +126,19 @@ class StopConfig:
 
 
 @dataclass
-class ContestConfig:
+class ComparisonConfig:
     """The best of a search against Table I at one budget of training."""
 
-    contestants: list[str] = MISSING
+    candidates: list[str] = MISSING
     currency: str = MISSING
     amount: float = MISSING
-    repetitions: int = MISSING
+    replicates: int = MISSING
 
     def __post_init__(self) -> None:
         """Refuse budgets that buy nothing."""
-        one_of("tune.contest.currency", self.currency, ("seconds", "multiply_adds", "poses"))
-        positive("tune.contest.amount", self.amount)
-        at_least("tune.contest.repetitions", self.repetitions, 2)
+        one_of("tune.comparison.currency", self.currency, ("seconds", "multiply_adds", "poses"))
+        positive("tune.comparison.amount", self.amount)
+        at_least("tune.comparison.replicates", self.replicates, 2)
 
 
 @dataclass
@@ -158,7 +158,7 @@ class TuneConfig:
     objective_rotation: float = MISSING
     pruner: PrunerConfig = field(default_factory=PrunerConfig)
     stop: StopConfig = field(default_factory=StopConfig)
-    contest: ContestConfig = field(default_factory=ContestConfig)
+    comparison: ComparisonConfig = field(default_factory=ComparisonConfig)
     start: list[dict[str, Any]] = MISSING
     space: dict[str, Axis] = MISSING
 

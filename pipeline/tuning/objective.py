@@ -15,7 +15,7 @@ from pipeline.data.dataset import PoseSet
 from pipeline.errors import PipelineError
 from pipeline.learning.networks import IkNetwork, build_network, parameter_count
 from pipeline.learning.objective import CycleObjective
-from pipeline.learning.trainer import Run, Trainer
+from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.seeding import derive_seed
 from pipeline.settings import Config
 from pipeline.tuning.sampling import WHOLE
@@ -28,7 +28,7 @@ MM = 1e-3
 
 
 @dataclass(frozen=True)
-class Objective:
+class TrialObjective:
     """What Optuna minimises: fixed weights on the validation losses (section IV-A of the paper).
 
     Attributes:
@@ -70,7 +70,7 @@ class Objective:
             if step < total and trial.should_prune():
                 raise TrialPruned
 
-        run = Run(seed=seed, digest="", label=f"trial {trial.number}", report=report)
+        run = TrainingRun(seed=seed, digest="", label=f"trial {trial.number}", report=report)
         trainer = Trainer(self.robot, network, train, run)
         held_out = trainer.tensor(self.validation.poses)
         judge = Judge(self.robot, self.config)

@@ -45,7 +45,7 @@ def write_outputs(study: Study, folder: Path, config: Config) -> None:
     metrics = {
         "objective": study.best_value,
         "trials": tally.finished,
-        "asked": config.tune.trials,
+        "requested": config.tune.trials,
         "failed": tally.failed,
     }
     write_json(folder / METRICS, metrics)

@@ -29,9 +29,9 @@ FAULTS = (RuntimeError, ValueError, MemoryError, ArithmeticError)
 START, REASON = "start", "reason"  # attributes of trials
 ABANDONED = "its worker died"
 # How a study is run, not what its trials are: another value goes on with the same study.
-RUNNING_OF_IT = ("trials", "workers", "storage", "heartbeat_s", "stop", "contest")
+RUNNING_OF_IT = ("trials", "workers", "storage", "heartbeat_s", "stop", "comparison")
 POLL_S = 0.2
-Objective = Callable[[Trial], float]
+TrialObjective = Callable[[Trial], float]
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def open_study(store: Store, config: Config, data: str = "") -> Study:
 def run_trials(
     store: Store,
     study: Study,
-    objective: Objective,
+    objective: TrialObjective,
     config: Config,
     go_on: Callable[[], bool] = lambda: True,
 ) -> None:
@@ -165,7 +165,11 @@ def count(study: Study) -> Tally:
 
 
 def _one(
-    store: Store, study: Study, objective: Objective, config: Config, release: Callable[[], None]
+    store: Store,
+    study: Study,
+    objective: TrialObjective,
+    config: Config,
+    release: Callable[[], None],
 ) -> None:
     """Begin a trial within the claim, release it, and run the trial to its end."""
     waiting = study.get_trials(deepcopy=False, states=(TrialState.WAITING,))

@@ -16,7 +16,7 @@ from pipeline.engine.running import fans_out, try_tasks, workers_of
 from pipeline.engine.task import threads_held
 from pipeline.progress import LOGGER, bar
 from pipeline.settings import Config
-from pipeline.tuning.objective import Objective
+from pipeline.tuning.objective import TrialObjective
 from pipeline.tuning.storage import STORAGE_ERRORS, Store, open_store, storage_errors_named
 from pipeline.tuning.study import count, is_over, open_study, run_trials
 from robots import load_robot
@@ -26,7 +26,7 @@ ROUNDS = 5  # times that workers are started anew when none of them is left
 
 
 @dataclass(frozen=True)
-class Job:
+class SearchJob:
     """All that a worker needs to join a study, on whatever machine it runs.
 
     Attributes:
@@ -47,7 +47,7 @@ class Job:
         return open_store(tune.storage, self.journal, tune.heartbeat_s)
 
 
-def work(job: Job) -> int:
+def work(job: SearchJob) -> int:
     """Join a study, run trials until it has those that were asked for, and return their number.
 
     Raises:
@@ -59,13 +59,13 @@ def work(job: Job) -> int:
             study = open_study(store, job.config, job.digest)
             robot = load_robot(job.config.robot.name)
             parts = [read_split(job.data, part, robot) for part in ("train", "validation")]
-            run_trials(store, study, Objective(robot, job.config, *parts), job.config)
+            run_trials(store, study, TrialObjective(robot, job.config, *parts), job.config)
             return count(study).finished
     finally:
         store.close()
 
 
-def search(job: Job, study: Study) -> None:
+def search(job: SearchJob, study: Study) -> None:
     """Run a study to its end with ``tune.workers`` workers on the engine of the run.
 
     A worker that dies leaves the rest to the others; where none is left, all are started anew.

@@ -69,18 +69,18 @@ def test_held_out_pictures_are_read_as_well_as_the_card_says(name: str) -> None:
     detector = EmbeddedDetector(
         load_centre_network(shipped_detector(name), name), CONFIG.perception.threshold
     )
-    errors, things = [], 0
+    errors, objects = [], 0
     with Studio(robot, CONFIG.grasp, CONFIG.perception.eye, CONFIG.detector.visible) as studio:
         for seed in range(12):
             shot = studio.shoot(np.random.default_rng([99, seed]), domain, (640, 480))
             found = {each.name: each for each in detector.detect(shot.image)}
-            things += len(shot.labels)
+            objects += len(shot.labels)
             for label in shot.labels:
                 if label.name in found:
                     pixel = found[label.name].centroid
                     place = shot.camera.project([pixel], label.position[2])[0]
                     errors.append(np.hypot(*(place - label.position)[:2]))
-    assert len(errors) >= 0.9 * things
+    assert len(errors) >= 0.9 * objects
     assert np.median(errors) < 0.008
 
 

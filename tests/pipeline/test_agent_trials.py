@@ -15,15 +15,15 @@ import baselines
 from pipeline.agent import Agent
 from pipeline.agent.transcript import read_transcript
 from pipeline.config import compose
-from pipeline.data.rows import KeptRows
-from pipeline.embodiment.senses import Told
+from pipeline.data.rows import RowCheckpoint
+from pipeline.embodiment.grasp_all import agents
+from pipeline.embodiment.perception import GroundTruthPerception
 from pipeline.embodiment.series import AgentSeries
 from pipeline.embodiment.trials import Experiment
-from pipeline.embodiment.unspoken import agents
 from pipeline.grasping.series import KEY, Series
 from robots import load_robot
 from tests.fake_endpoint import FakeEndpoint
-from tests.faulty_senses import Faulty
+from tests.faulty_perception import Faulty
 from tests.physics_guard import guard
 
 CONFIG = compose(["profile=smoke", "robot=panda", "agent=policy"])
@@ -32,7 +32,7 @@ TIMES = ("wall_s", "approach_plan_ms", "lift_plan_ms", "transfer_plan_ms", "home
 
 
 def experiment(
-    folder: Path | None = None, senses: Told | None = None, **changes: Any
+    folder: Path | None = None, perception: GroundTruthPerception | None = None, **changes: Any
 ) -> Experiment:
     """Panda with four things on a row; one of them has a hostile name."""
     grasp = CONFIG.grasp
@@ -43,7 +43,9 @@ def experiment(
     solver = baselines.load("lm", robot)
     facts = {"perception": "perfect", "agent": "policy"}
     series = Series(grasp, robot, solver, solver, 0)
-    made = Experiment(series, senses or Told(), agents(CONFIG.agent, "panda"), facts, folder)
+    made = Experiment(
+        series, perception or GroundTruthPerception(), agents(CONFIG.agent, "panda"), facts, folder
+    )
     return replace(made, **changes)
 
 
@@ -76,7 +78,7 @@ def test_twenty_trials_through_an_endpoint_get_the_right_class_and_none_ends_the
 
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(Experiment, "row", row)
-            kept = KeptRows(tmp_path / "rows.jsonl", KEY)
+            kept = RowCheckpoint(tmp_path / "rows.jsonl", KEY)
             rows = AgentSeries(run).run(kept, lambda row: None)
     assert list(rows["trial"]) == list(range(20))
     assert (rows["class"][:4] == "Success").all(), rows["reason"].to_list()
@@ -93,7 +95,7 @@ def test_twenty_trials_through_an_endpoint_get_the_right_class_and_none_ends_the
 
 def test_faults_of_what_is_seen_are_detection_and_the_rest_is_grasped() -> None:
     faults = {"soup_can": "missing", "pear": 0.1}
-    rows = experiment(senses=Faulty(faults)).row(0)
+    rows = experiment(perception=Faulty(faults)).row(0)
     by_name = {row["object"]: row for row in rows}
     assert by_name["soup_can"]["class"] == "Detection"
     assert by_name["soup_can"]["reason"] == "not seen"
@@ -103,7 +105,7 @@ def test_faults_of_what_is_seen_are_detection_and_the_rest_is_grasped() -> None:
 
 
 def test_a_wrong_name_that_leads_to_a_grasp_is_no_failure() -> None:
-    rows = experiment(senses=Faulty({"orange": "as:soup_can", "soup_can": "missing"})).row(1)
+    rows = experiment(perception=Faulty({"orange": "as:soup_can", "soup_can": "missing"})).row(1)
     by_name = {row["object"]: row for row in rows}
     assert by_name["orange"]["seen_as"] == "soup_can"
     assert by_name["orange"]["class"] == "Success", by_name["orange"]["reason"]
@@ -137,9 +139,9 @@ def test_a_series_goes_on_with_the_row_that_was_cut_off(
     run = experiment()
     series = replace(run.series, config=replace(run.series.config, trials=10))
     run = replace(run, series=series)
-    kept = KeptRows(tmp_path / "rows.jsonl", KEY)
+    kept = RowCheckpoint(tmp_path / "rows.jsonl", KEY)
     for number in range(5):
         kept.put({"trial": number, "class": "Slipped"})
-    rows = AgentSeries(run).run(KeptRows(kept.path, KEY), lambda row: None)
+    rows = AgentSeries(run).run(RowCheckpoint(kept.path, KEY), lambda row: None)
     assert made == [1, 2]
     assert list(rows["class"]) == ["Slipped"] * 4 + ["Success"] * 6

@@ -83,7 +83,7 @@ def check(results: Path, robot: str) -> None:
     (transcript,) = (results / "chat" / robot).glob("*.jsonl")
     entries = read_transcript(transcript)
     done = [(e["kind"], e["target"], e["done"]) for e in entries if e["role"] == "event"]
-    physical = [deed for deed in done if deed[0] in ("grasp", "point", "push")]
+    physical = [result for result in done if result[0] in ("grasp", "point", "push")]
     assert physical == [("grasp", "banana", True), ("point", "orange", True)]
     assert {"system", "user", "assistant", "body"} <= {entry["role"] for entry in entries}
 

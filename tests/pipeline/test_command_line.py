@@ -34,6 +34,16 @@ def test_every_stage_explains_itself(capsys: pytest.CaptureFixture[str], stage: 
     assert f"python -m pipeline {stage}" in out
 
 
+@pytest.mark.parametrize(
+    ("old", "new"), [("contest", "compare-tuned"), ("ship", "export-weights"), ("where", "paths")]
+)
+def test_old_command_names_still_act(
+    capsys: pytest.CaptureFixture[str], old: str, new: str
+) -> None:
+    arguments = () if new == "paths" else ("--help",)
+    assert told(capsys, old, *arguments) == told(capsys, new, *arguments)
+
+
 def test_robots_solvers_and_doctor(capsys: pytest.CaptureFixture[str]) -> None:
     assert "panda_joint1" in told(capsys, "robots")[1]
     solvers = told(capsys, "solvers")[1]
@@ -117,7 +127,7 @@ def test_a_run_is_named_after_its_profile_where_profiles_are_swept() -> None:
     assert run_name(overrides, with_profile=True) == "profile=smoke,seed=1"
 
 
-@pytest.mark.parametrize("command", ["robots", "solvers", "doctor", "where"])
+@pytest.mark.parametrize("command", ["robots", "solvers", "doctor", "paths"])
 def test_a_command_without_arguments_explains_itself_and_does_not_run(
     capsys: pytest.CaptureFixture[str], command: str
 ) -> None:

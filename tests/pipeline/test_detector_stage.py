@@ -66,7 +66,7 @@ def _check_artifacts(folder: Path) -> None:
     assert set(rows.kind) <= {"found", "missed", "false"}
     assert rows.picture.nunique() == 4
     metrics = read_json(folder / "metrics.json")
-    assert metrics["things"] == int((rows.kind != "false").sum())
+    assert metrics["objects"] == int((rows.kind != "false").sum())
     card = read_detector_card(folder, "nico")
     assert card["held_out"]["map50"] == metrics["map50"]
     assert metrics["train_core_s"] > 0

@@ -62,7 +62,7 @@ def test_the_wrapper_would_notice(panda, monkeypatch):
     monkeypatch.setattr(pybullet, "createConstraint", glue)
     robot, _ = panda
     with (
-        scene_module.Scene(robot, CONFIG.scenes["panda"], CONFIG.engine) as scene,
+        scene_module.Scene(robot, CONFIG.scenes["panda"], CONFIG.physics) as scene,
         pytest.raises(AssertionError, match="createConstraint"),
     ):
         scene.client.createConstraint()
@@ -109,8 +109,10 @@ def test_a_thing_that_rolls_away_is_not_grasped(panda, monkeypatch):
 
     def breeze(self):
         if 0.5 < self.time_s < 0.8:  # after the object's place was told
-            at = self.thing_position().tolist()
-            self.client.applyExternalForce(self.thing, -1, [0, 0.15, 0], at, pybullet.WORLD_FRAME)
+            at = self.object_position().tolist()
+            self.client.applyExternalForce(
+                self.object_id, -1, [0, 0.15, 0], at, pybullet.WORLD_FRAME
+            )
         step(self)
 
     monkeypatch.setattr(scene_module.Scene, "step", breeze)

@@ -11,7 +11,7 @@ import baselines
 from pipeline.config import compose
 from pipeline.embodiment.body import Body
 from pipeline.embodiment.row import row_setup
-from pipeline.embodiment.things import Things
+from pipeline.embodiment.scene_objects import SceneObjects
 from pipeline.grasping.point import distance_to_line
 from pipeline.grasping.scene import Scene
 from pipeline.grasping.trial import required_scene
@@ -32,48 +32,48 @@ def act(each, kind, row=3, away=0.0, **changes):
     """One action on a thing of a row; the deed, how far everything moved [m], and which it was."""
     robot, solver = each
     config = replace(required_scene(CONFIG, robot.name), **changes)
-    with Scene(robot, config, CONFIG.engine) as scene:
-        things = Things(scene, CONFIG, row_setup(CONFIG, robot.name, row, seed=0))
-        scene.wait(CONFIG.engine.settle_s)
-        before = {thing.name: things.position(thing) for thing in things.all}
-        target = things.named(TARGETS[robot.name])
-        place = things.position(target) + np.array([away, 0.0, 0.0])
+    with Scene(robot, config, CONFIG.physics) as scene:
+        objects = SceneObjects(scene, CONFIG, row_setup(CONFIG, robot.name, row, seed=0))
+        scene.wait(CONFIG.physics.settle_s)
+        before = {obj.name: objects.position(obj) for obj in objects.all}
+        target = objects.named(TARGETS[robot.name])
+        place = objects.position(target) + np.array([away, 0.0, 0.0])
         body = Body(scene, CONFIG, solver, solver)
-        deed = body.act(kind, place, target.name, target.body)
-        moved = {t.name: np.linalg.norm(things.position(t) - before[t.name]) for t in things.all}
+        result = body.act(kind, place, target.name, target.body)
+        moved = {t.name: np.linalg.norm(objects.position(t) - before[t.name]) for t in objects.all}
         assert np.abs(scene.joints() - robot.home).max() < 0.05, "the arm is back at idle"
-    return deed, moved, target.name
+    return result, moved, target.name
 
 
 def test_pushing_moves_the_thing_and_no_other(each, monkeypatch):
     guard(monkeypatch)
-    deed, moved, name = act(each, "push")
-    assert deed.done, deed.words
+    result, moved, name = act(each, "push")
+    assert result.done, result.words
     assert moved.pop(name) > 0.02
     assert max(moved.values()) < 0.02  # a wide gripper may brush a neighbour
 
 
 def test_pointing_moves_nothing(each, monkeypatch):
     guard(monkeypatch)
-    deed, moved, _ = act(each, "point")
-    assert deed.done, deed.words
+    result, moved, _ = act(each, "point")
+    assert result.done, result.words
     assert max(moved.values()) < 0.005
 
 
 @pytest.mark.parametrize("kind", ["push", "point", "grasp"])
 def test_what_is_out_of_reach_is_a_deed_with_a_reason(each, kind):
-    deed, _, _ = act(each, kind, away=1.5)
-    assert not deed.done
-    assert "out of reach" in deed.words
+    result, _, _ = act(each, kind, away=1.5)
+    assert not result.done
+    assert "out of reach" in result.words
 
 
 def test_pushing_or_pointing_beside_a_thing_is_a_failure():
     robot = load_robot("panda")
     panda = robot, baselines.load("lm", robot)
-    deed, _, _ = act(panda, "point", away=0.09)
-    assert (deed.done, "beside" in deed.words) == (False, True)
-    deed, _, _ = act(panda, "push", away=-0.25)
-    assert (deed.done, "moved 0 mm" in deed.words) == (False, True)
+    result, _, _ = act(panda, "point", away=0.09)
+    assert (result.done, "beside" in result.words) == (False, True)
+    result, _, _ = act(panda, "push", away=-0.25)
+    assert (result.done, "moved 0 mm" in result.words) == (False, True)
 
 
 def test_the_distance_of_a_thing_from_a_finger_s_line():

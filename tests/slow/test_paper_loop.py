@@ -16,7 +16,7 @@ import torch
 from pipeline.config import compose
 from pipeline.data.dataset import PoseSet
 from pipeline.learning.networks import build_network
-from pipeline.learning.trainer import Run, Trainer
+from pipeline.learning.trainer import Trainer, TrainingRun
 from robots import available_robots, load_robot
 
 STEPS, BATCH, NARROWER = 10_000, 32, 8
@@ -45,7 +45,7 @@ def paper_loop(name: str, kinematics: str, steps: int) -> Trainer:
     poses = PoseSet(robot.forward_kinematics(joints), joints)
     torch.manual_seed(0)
     network = build_network(robot, config.model)
-    trainer = Trainer(robot, network, config.train, Run(0, "", f"{name} {kinematics}"))
+    trainer = Trainer(robot, network, config.train, TrainingRun(0, "", f"{name} {kinematics}"))
     progress = trainer.fit(poses, PoseSet(poses.poses[:500], poses.joints[:500]))
     assert progress.step == steps
     assert progress.skipped == 0

@@ -42,10 +42,10 @@ class Scripted:
 
     def __init__(self, *replies: str | Exception) -> None:
         self.replies = list(replies)
-        self.asked: list[list[Message]] = []
+        self.requested: list[list[Message]] = []
 
     def reply(self, messages: Sequence[Message]) -> str:
-        self.asked.append(list(messages))
+        self.requested.append(list(messages))
         reply = self.replies.pop(0) if len(self.replies) > 1 else self.replies[0]
         if isinstance(reply, Exception):
             raise reply

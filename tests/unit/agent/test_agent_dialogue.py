@@ -72,13 +72,13 @@ def test_outcomes_stand_in_the_next_turn_once(config, scene, scripted):
     agent.instruct("grasp all", scene)
     agent.report("grasp banana: <done/> Slipped")
     assert not agent.proceed(scene).finished
-    assert "Outcome: grasp banana: (done/) Slipped" in model.asked[1][-1].content
+    assert "Outcome: grasp banana: (done/) Slipped" in model.requested[1][-1].content
     assert agent.proceed(scene).finished
-    assert "Slipped" not in model.asked[2][-1].content
+    assert "Slipped" not in model.requested[2][-1].content
 
 
 def test_an_instruction_that_does_not_end_is_ended(config, scene, scripted):
-    config.most_turns = 4
+    config.max_turns = 4
     replies = [f"<look>{place}</look>" for place in ("left", "right", "up", "down", "left")]
     agent = Agent(scripted(*replies), "nicol", config)
     turns = [agent.instruct("look around", scene)]
@@ -102,11 +102,11 @@ def test_the_model_sees_a_bounded_past(config, scene, scripted):
     agent = Agent(model, "nicol", config)
     for _ in range(5):
         agent.instruct("go", scene)
-    assert [len(asked) for asked in model.asked] == [2, 4, 6, 6, 6]
-    assert all(asked[0].role == "system" for asked in model.asked)
+    assert [len(requested) for requested in model.requested] == [2, 4, 6, 6, 6]
+    assert all(requested[0].role == "system" for requested in model.requested)
     agent.reset()
     agent.instruct("go", scene)
-    assert len(model.asked[-1]) == 2
+    assert len(model.requested[-1]) == 2
 
 
 def test_a_turn_without_a_reply_leaves_no_trace_in_the_conversation(config, scene, scripted):
@@ -114,7 +114,7 @@ def test_a_turn_without_a_reply_leaves_no_trace_in_the_conversation(config, scen
     agent = Agent(model, "nicol", config)
     agent.instruct("go", scene)
     agent.instruct("go on", scene)
-    assert [each.role for each in model.asked[-1]] == ["system", "user"]
+    assert [each.role for each in model.requested[-1]] == ["system", "user"]
 
 
 @pytest.mark.parametrize("robot", ["nico", "nicol", "panda", "someone_else"])

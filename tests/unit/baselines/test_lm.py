@@ -9,7 +9,13 @@ import baselines
 from baselines import Budget
 from baselines.clock import now_ns, pose_key, uniform
 from baselines.damped_solve import damped_solve
-from baselines.linearise import aim, find_error, find_frames, find_jacobian, new_linearisation
+from baselines.linearise import (
+    find_error,
+    find_frames,
+    find_jacobian,
+    new_linearisation,
+    set_target,
+)
 from baselines.refine import refine
 from robots import load_robot
 from robots.rotations import matrix_from_quaternion, quaternion_multiply
@@ -44,7 +50,7 @@ def seeds_of(robot, count):
 
 def linearised(robot, joints, pose):
     at = new_linearisation(len(robot.chain.prismatic), robot.dof)
-    aim(pose, at)
+    set_target(pose, at)
     find_frames(robot.chain, joints, at)
     squares = find_error(pose, at)
     find_jacobian(robot.chain, at)

@@ -14,10 +14,10 @@ from baselines.clock import pose_key, uniform
 from baselines.descent_torch import damped_solve
 from baselines.linearise_torch import TorchChain, rotation_vector, target_frames
 from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, OUT_OF_TIME, LmOptions
-from baselines.memory import remember
 from baselines.random_torch import pose_keys, uniforms
 from baselines.refine import refine
 from baselines.refine_torch import refine_place, refine_torch
+from baselines.seed_library import build_seed_library
 from robots import Robot, available_robots, load_robot
 from robots.kinematics import poses_and_jacobians
 from robots.rotations import matrix_from_quaternion
@@ -115,10 +115,10 @@ def test_rows_are_those_of_the_kernel(robot: Robot, options: LmOptions, seeds: i
 @pytest.mark.parametrize("seeds", [0, 2])
 def test_a_memory_is_asked_as_the_kernel_asks(robot: Robot, options: LmOptions, seeds: int) -> None:
     poses, given = task(robot)
-    memory = remember(robot, 1000, 4, seed=3)
-    kernel = refine(robot, poses, given[:, :seeds], options, memory=memory)
+    library = build_seed_library(robot, 1000, 4, seed=3)
+    kernel = refine(robot, poses, given[:, :seeds], options, library=library)
     place = refine_place(robot, "cpu", "float64")
-    ours = refine_torch(place, poses, given[:, :seeds], options, memory)
+    ours = refine_torch(place, poses, given[:, :seeds], options, library)
     assert ours.found.all()
     assert (ours.starts == kernel.starts).mean() > 0.99
     assert (ours.iterations == kernel.iterations).mean() > 0.98

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.data.files import FileError, read_json, read_yaml, write_json
-from pipeline.data.rows import KeptRows
+from pipeline.data.rows import RowCheckpoint
 
 ROWS = [{"solver": "lm", "pair": 0, "error": 0.5}, {"solver": "lm", "pair": 1, "error": 1e-9}]
 
@@ -43,16 +43,16 @@ def test_what_is_no_yaml_mapping_is_named(tmp_path: Path, content: str) -> None:
 @pytest.mark.parametrize("cut", [1, 2, 20])
 def test_rows_cut_off_anywhere_go_on_after_the_last_whole_one(tmp_path: Path, cut: int) -> None:
     path = tmp_path / "checkpoint" / "rows.jsonl"
-    kept = KeptRows(path, ("solver", "pair"))
+    kept = RowCheckpoint(path, ("solver", "pair"))
     for row in ROWS:
         kept.put(row)
     whole = path.read_bytes()
     path.write_bytes(whole[:-cut])
-    again = KeptRows(path, ("solver", "pair"))
+    again = RowCheckpoint(path, ("solver", "pair"))
     assert again.get("lm", 0) == ROWS[0]
     assert again.get("lm", 1) == (ROWS[1] if cut == 1 else None)
     again.put(ROWS[1])
-    last = KeptRows(path, ("solver", "pair"))
+    last = RowCheckpoint(path, ("solver", "pair"))
     assert [last.get("lm", pair) for pair in (0, 1)] == ROWS
     last.clear()
     assert not path.exists()

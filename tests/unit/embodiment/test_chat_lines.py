@@ -15,9 +15,9 @@ from pipeline.agent.model import Message
 from pipeline.agent.transcript import read_transcript
 from pipeline.config import compose
 from pipeline.embodiment.chat import Chat
-from pipeline.embodiment.senses import View
+from pipeline.embodiment.perception import View
 from pipeline.embodiment.session import Session
-from pipeline.grasping.outcome import Deed, Report
+from pipeline.grasping.outcome import ActionResult, GraspReport
 from pipeline.perception.detection import Detection, Sighting
 from pipeline.speech.errors import SpeechError
 
@@ -28,10 +28,10 @@ class Model:
     name = "scripted"
 
     def __init__(self, reply: str) -> None:
-        self.answer, self.asked = reply, ""
+        self.answer, self.requested = reply, ""
 
     def reply(self, messages: Sequence[Message]) -> str:
-        self.asked = messages[-1].content
+        self.requested = messages[-1].content
         return self.answer
 
 
@@ -58,18 +58,18 @@ def a_chat(reply: str, shown: list[str], folder: Path, speech: Any = Ears) -> Ch
     view = View(None, [Sighting(detection, np.array([0.4, 0.1, 0.8]))])
     body = SimpleNamespace(
         scene=SimpleNamespace(time_s=1.5),
-        report=Report(),
-        act=lambda kind, place, name, thing: Deed(True, "moved it"),
+        report=GraspReport(),
+        act=lambda kind, place, name, object_id: ActionResult(True, "moved it"),
     )
-    thing = SimpleNamespace(body=3, name="pear")
-    things = SimpleNamespace(
-        nearest=lambda place: (thing, 0.0),
+    obj = SimpleNamespace(body=3, name="pear")
+    objects = SimpleNamespace(
+        nearest=lambda place: (obj, 0.0),
         positions=lambda: np.zeros((1, 3)),
-        named=lambda _: thing,
+        named=lambda _: obj,
     )
-    senses = SimpleNamespace(look=lambda scene, things: view)
+    perception = SimpleNamespace(look=lambda scene, objects: view)
     agent = Agent(Model(reply), "nicol", AGENT)
-    session = Session(agent, body, senses, things, 0.04)  # type: ignore[arg-type]
+    session = Session(agent, body, perception, objects, 0.04)  # type: ignore[arg-type]
     return Chat(
         session, "NICOL", folder / "chat.jsonl", shown.append, speech, speech,
         lambda wav: bool(wav.write_text("sound")),
@@ -116,7 +116,7 @@ def test_a_spoken_instruction_is_recognised_and_answered_aloud(
     chat = a_chat("I take it. <grasp>pear</grasp> <done/>", shown, tmp_path)
     chat.line(str(wav))
     assert "heard: grasp the pear" in shown
-    assert chat.session.agent.model.asked.startswith("grasp the pear")  # type: ignore[attr-defined]
+    assert chat.session.agent.model.requested.startswith("grasp the pear")  # type: ignore[attr-defined]
     assert (tmp_path / "chat_01_said.wav").read_text() == "I take it."
     chat.line("listen")
     assert (tmp_path / "chat_02_heard.wav").exists()

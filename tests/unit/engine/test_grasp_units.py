@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from pipeline.config import compose
-from pipeline.data.rows import KeptRows
+from pipeline.data.rows import RowCheckpoint
 from pipeline.embodiment.series import AgentSeries
 from pipeline.engine.errors import EngineError
 from pipeline.grasping import ablation, series
@@ -40,13 +40,13 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> Series:
 
 
 def test_units_are_what_is_not_kept(plain: Series, tmp_path: Path) -> None:
-    kept = KeptRows(tmp_path / "rows.jsonl", series.KEY)
+    kept = RowCheckpoint(tmp_path / "rows.jsonl", series.KEY)
     for number in (0, 3):
         kept.put({"trial": number})
     assert plain.pending(kept) == [1, 2, 4]
 
-    things = SimpleNamespace(series=plain, per_row=ROW, row=row)
-    agent = AgentSeries(things)  # type: ignore[arg-type]
+    objects = SimpleNamespace(series=plain, per_row=ROW, row=row)
+    agent = AgentSeries(objects)  # type: ignore[arg-type]
     assert agent.pending(kept) == [0, 1]
     assert [one["trial"] for one in agent.unit(1)] == [3, 4]  # five trials are wanted
     for number in (1, 2):
@@ -54,7 +54,7 @@ def test_units_are_what_is_not_kept(plain: Series, tmp_path: Path) -> None:
     assert agent.pending(kept) == [1]
 
     study = Study(plain, lambda name: name)  # type: ignore[arg-type,return-value]
-    kept = KeptRows(tmp_path / "study.jsonl", ablation.KEY)
+    kept = RowCheckpoint(tmp_path / "study.jsonl", ablation.KEY)
     (first,) = study.unit((1, 2))
     kept.put(first)
     units = study.pending(kept)
@@ -77,11 +77,11 @@ def test_rows_are_kept_unit_by_unit_and_a_failure_leaves_them(
 
     monkeypatch.setattr(grasp_units, "load_runner", load)
     monkeypatch.setattr(grasp_units, "run_tasks", one_by_one)
-    kept = KeptRows(tmp_path / "rows.jsonl", series.KEY)
+    kept = RowCheckpoint(tmp_path / "rows.jsonl", series.KEY)
     run_units(CONFIG, plain, kept)
     assert not kept.path.exists()  # a single worker here: the series itself runs
     apart = replace(CONFIG, engine=replace(CONFIG.engine, workers=2))
     with pytest.raises(EngineError, match="fell off"):
         run_units(apart, plain, kept)
-    assert plain.pending(KeptRows(kept.path, series.KEY)) == [4]
+    assert plain.pending(RowCheckpoint(kept.path, series.KEY)) == [4]
     assert len(loads) == 1

@@ -6,7 +6,7 @@ import numpy as np
 
 from baselines import QuerySolver, Solution, Solver
 from baselines.protocol import Answer
-from pipeline.evaluation.subject import Subject
+from pipeline.evaluation.task import EvaluationTask
 
 
 class Scripted(Solver):
@@ -43,6 +43,6 @@ class OneByOne(QuerySolver):
         return Answer(initial, "")
 
 
-def subject(robot, solver, count=12):
+def task(robot, solver, count=12):
     joints = robot.sample(count, seed=3, collision_free=False)
-    return Subject(robot, solver, robot.forward_kinematics(joints), seed=7)
+    return EvaluationTask(robot, solver, robot.forward_kinematics(joints), seed=7)

@@ -10,7 +10,13 @@ import pytest
 from numpy.typing import NDArray
 
 from pipeline.evaluation.config import SampleConfig
-from pipeline.evaluation.sampling import COLUMNS, SamplingError, sample_rows, sampler_of, spread
+from pipeline.evaluation.sampling import (
+    COLUMNS,
+    SolutionSamplingError,
+    sample_rows,
+    sampler_of,
+    spread,
+)
 from pipeline.solvers import load_solver
 from robots import Robot, load_robot
 
@@ -61,7 +67,7 @@ def test_spread_is_the_standard_deviation_over_the_solutions_of_a_pose() -> None
 
 
 def test_a_solver_of_one_answer_is_refused(panda: Robot) -> None:
-    with pytest.raises(SamplingError, match="'lm' gives one answer"):
+    with pytest.raises(SolutionSamplingError, match="'lm' gives one answer"):
         sampler_of(load_solver("lm", panda))
 
 

@@ -5,7 +5,7 @@ import pytest
 from pipeline.commands.benchmark import benchmark
 from pipeline.config import compose
 from pipeline.engine.cores import usable_cores
-from pipeline.evaluation.side_by_side import Job, jobs_in_turns, run_jobs
+from pipeline.evaluation.side_by_side import EvaluationJob, jobs_in_turns, run_jobs
 
 
 def test_robots_begin_with_other_solvers_and_unpinned_jobs_come_last():
@@ -23,14 +23,14 @@ def test_every_job_runs_once_and_a_failure_stops_no_other(tmp_path):
 
     def command(job, beside):
         seen.append((job, beside))
-        return ["help"] if job != Job("a", "y") else ["no-such-command"]
+        return ["help"] if job != EvaluationJob("a", "y") else ["no-such-command"]
 
     failed = run_jobs(jobs, command, engine, tmp_path / "logs")
-    assert failed == [Job("a", "y")]
+    assert failed == [EvaluationJob("a", "y")]
     assert sorted(str(job) for job, _ in seen) == sorted(str(job) for job in jobs)
     assert {beside for job, beside in seen if not job.pinned} == {1}
     assert {beside for job, beside in seen if job.pinned} == {min(2, usable_cores())}
-    assert "error:" in (tmp_path / "logs" / Job("a", "y").file_name).read_text()
+    assert "error:" in (tmp_path / "logs" / EvaluationJob("a", "y").file_name).read_text()
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from pipeline.config import compose, group_choices
-from pipeline.data.rows import KeptRows
+from pipeline.data.rows import RowCheckpoint
 from pipeline.errors import ConfigError
 from pipeline.grasping import series as module
 from pipeline.grasping.ablation import KEY, Study, changed, variants
@@ -27,9 +27,9 @@ def test_every_study_of_the_configuration_can_be_made(name: str) -> None:
     assert len(settings) > 1
     for values in settings:
         varied = changed(config, values)
-        assert varied.timing.rate == varied.engine.rate
+        assert varied.timing.rate == varied.physics.rate
         for axis, value in values.items():
-            holder = varied.engine if axis in ("rate", "iterations") else varied
+            holder = varied.physics if axis in ("rate", "iterations") else varied
             assert getattr(holder, axis) == value
 
 
@@ -72,9 +72,9 @@ def test_a_study_runs_each_trial_of_each_variant_once_and_goes_on(
     series = Series(config, None, "given", None, 0)  # type: ignore[arg-type]
     study = Study(series, lambda name: name)  # type: ignore[arg-type,return-value]
     path = tmp_path / "rows.jsonl"
-    kept = KeptRows(path, KEY)
+    kept = RowCheckpoint(path, KEY)
     kept.put({"variant": 1, "trial": 0, "study": "solver", "axes": "solver", "class": "Slipped"})
-    rows = study.run(KeptRows(path, KEY), lambda row: None)
+    rows = study.run(RowCheckpoint(path, KEY), lambda row: None)
     solvers = ["cycleik", "cycleik_refined", "placo", "lm"]
     assert ran == [(s, t) for s in solvers for t in range(2) if (s, t) != (solvers[1], 0)]
     assert study.trials == len(rows) == 8

@@ -61,7 +61,7 @@ def test_what_cannot_be_is_refused_at_the_command_line(override, said):
         (GRASP, {"position_error": -0.01}, "grasp.position_error"),
         (GRASP, {"video": "sometimes"}, "grasp.video"),
         (GRASP, {"motions": {}}, "grasp.motions"),
-        (GRASP.engine, {"rate": 10.0}, "grasp.engine.rate"),
+        (GRASP.physics, {"rate": 10.0}, "grasp.physics.rate"),
         (GRASP.timing, {"speed": 1.5}, "timing.speed"),
         (GRASP.timing, {"swing": 0.0}, "timing.swing"),
         (GRASP.objects["pear"], {"mass": 0.0}, "mass"),

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from pipeline.config import compose
-from pipeline.data.rows import KeptRows
+from pipeline.data.rows import RowCheckpoint
 from pipeline.grasping import series as module
 from pipeline.grasping.series import KEY, Series
 
@@ -54,7 +54,7 @@ def test_films_of_an_earlier_run_are_removed(series: Series, tmp_path: Path) -> 
 
 
 def test_kept_trials_are_not_run_again(series: Series, tmp_path: Path) -> None:
-    kept = KeptRows(tmp_path / "rows.jsonl", KEY)
+    kept = RowCheckpoint(tmp_path / "rows.jsonl", KEY)
     kept.put({"trial": 1, "class": "Slipped"})
-    rows = series.run(KeptRows(kept.path, KEY), lambda row: None)
+    rows = series.run(RowCheckpoint(kept.path, KEY), lambda row: None)
     assert list(rows["class"]) == ["Success", "Slipped", "Success"]

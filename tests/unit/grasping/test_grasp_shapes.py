@@ -21,19 +21,19 @@ def client():
 
 @pytest.mark.parametrize("name", GRASP.objects)
 def test_a_thing_is_as_high_as_it_says_and_stays_where_it_is_laid(client, name):
-    thing, scene = GRASP.objects[name], GRASP.scenes["panda"]
+    obj, scene = GRASP.objects[name], GRASP.scenes["panda"]
     client.setGravity(0, 0, -9.81)
     client.setPhysicsEngineParameter(fixedTimeStep=1 / 240, numSolverIterations=100)
     make_table(client, scene.table)
-    body = make_object(client, thing, (0.4, 0.1), 0.3, scene.table.height)
+    body = make_object(client, obj, (0.4, 0.1), 0.3, scene.table.height)
     low, high = (np.array(corner) for corner in client.getAABB(body))
-    assert_allclose(high[2] - low[2], thing.height, atol=0.006)  # with Bullet's margin
+    assert_allclose(high[2] - low[2], obj.height, atol=0.006)  # with Bullet's margin
     for _ in range(240):
         client.stepSimulation()
     position, _ = client.getBasePositionAndOrientation(body)
     assert np.linalg.norm(np.array(position[:2]) - [0.4, 0.1]) < 0.01
-    assert_allclose(position[2], scene.table.height + thing.height / 2, atol=0.004)
-    assert client.getDynamicsInfo(body, -1)[0] == thing.mass
+    assert_allclose(position[2], scene.table.height + obj.height / 2, atol=0.004)
+    assert client.getDynamicsInfo(body, -1)[0] == obj.mass
 
 
 @pytest.mark.parametrize(
@@ -47,9 +47,9 @@ def test_a_thing_is_as_high_as_it_says_and_stays_where_it_is_laid(client, name):
     ],
 )
 def test_household_things_have_their_published_size(client, name, grams, millimetres):
-    thing = GRASP.objects[name]
-    assert np.isclose(1e3 * thing.mass, grams)
-    body = make_object(client, thing, (0.0, 0.0), 0.0, 0.0)
+    obj = GRASP.objects[name]
+    assert np.isclose(1e3 * obj.mass, grams)
+    body = make_object(client, obj, (0.0, 0.0), 0.0, 0.0)
     low, high = client.getAABB(body)
     for axis, size in enumerate(millimetres):
         if size is not None:

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from pipeline.config import compose
 from pipeline.grasping.errors import GraspError
 from pipeline.grasping.grip import tip_pose, tip_yaw
-from pipeline.grasping.outcome import NOT_GRASPED, SLIPPED, SUCCESS, Report, classify
+from pipeline.grasping.outcome import NOT_GRASPED, SLIPPED, SUCCESS, GraspReport, classify
 from pipeline.grasping.trial import trial_setup
 
 GRASP = compose(["profile=smoke"]).grasp
@@ -72,16 +72,16 @@ def test_the_tip_keeps_off_the_table_and_turns_with_the_place():
 @pytest.mark.parametrize(
     ("report", "expected", "reason"),
     [
-        (Report(lifted=True, bin="left", kept=True), SUCCESS, "left bin"),
-        (Report(lifted=True, kept=True), SLIPPED, "beside the bin"),
-        (Report(lifted=True), SLIPPED, "on the way"),
-        (Report(lifted=True, kept=True, clinging=True), SLIPPED, "stuck to the open hand"),
-        (Report(lifted=True, stopped="there is no left bin"), SLIPPED, "no left bin"),
-        (Report(stopped="out of reach: best tip error 90 mm"), NOT_GRASPED, "out of reach"),
-        (Report(pushed=0.08, touching=[0, 0]), NOT_GRASPED, "moved 80 mm"),
-        (Report(pushed=9.0, touching=[0, 0]), NOT_GRASPED, "fell from the table"),
-        (Report(pushed=0.0, touching=[0, 0]), NOT_GRASPED, "closed on nothing"),
-        (Report(pushed=0.0, touching=[3, 0]), NOT_GRASPED, "left behind"),
+        (GraspReport(lifted=True, bin="left", kept=True), SUCCESS, "left bin"),
+        (GraspReport(lifted=True, kept=True), SLIPPED, "beside the bin"),
+        (GraspReport(lifted=True), SLIPPED, "on the way"),
+        (GraspReport(lifted=True, kept=True, clinging=True), SLIPPED, "stuck to the open hand"),
+        (GraspReport(lifted=True, stopped="there is no left bin"), SLIPPED, "no left bin"),
+        (GraspReport(stopped="out of reach: best tip error 90 mm"), NOT_GRASPED, "out of reach"),
+        (GraspReport(pushed=0.08, touching=[0, 0]), NOT_GRASPED, "moved 80 mm"),
+        (GraspReport(pushed=9.0, touching=[0, 0]), NOT_GRASPED, "fell from the table"),
+        (GraspReport(pushed=0.0, touching=[0, 0]), NOT_GRASPED, "closed on nothing"),
+        (GraspReport(pushed=0.0, touching=[3, 0]), NOT_GRASPED, "left behind"),
     ],
 )
 def test_classes_are_those_of_the_paper(report, expected, reason):

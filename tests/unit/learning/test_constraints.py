@@ -13,7 +13,7 @@ from pipeline.learning.constraints import ConstraintError, Penalty, make_penalty
 from pipeline.learning.kinematics import ChainKinematics, make_link_kinematics
 from pipeline.learning.networks import build_network
 from pipeline.learning.objective import CycleObjective
-from pipeline.learning.trainer import Run, Trainer
+from pipeline.learning.trainer import Trainer, TrainingRun
 from robots import Robot, load_robot
 from robots.errors import UrdfError
 
@@ -147,7 +147,7 @@ def test_a_posture_goal_brings_its_joints_nearer(nicol: Robot) -> None:
         config = compose([*overrides, "train.epochs=10", "train.validations=1"])
         torch.manual_seed(0)
         network = build_network(nicol, config.model)
-        trainer = Trainer(nicol, network, config.train, Run(0, "", "constraint"))
+        trainer = Trainer(nicol, network, config.train, TrainingRun(0, "", "constraint"))
         trainer.fit(poses, poses)
         assert isinstance(trainer.objective, CycleObjective)
         with torch.no_grad():

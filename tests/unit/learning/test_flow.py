@@ -186,10 +186,10 @@ def test_the_solver_draws_and_answers_with_the_best_draw(tmp_path: Path) -> None
 def test_a_run_of_another_model_trains_the_flow_for_its_solver(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked = []
+    requested = []
 
     def weights_of(config: Config) -> Path:
-        asked.append(config)
+        requested.append(config)
         raise WeightsError("enough")
 
     monkeypatch.setattr(inputs, "weights_of", weights_of)
@@ -197,6 +197,6 @@ def test_a_run_of_another_model_trains_the_flow_for_its_solver(
     for override, name in (("compact", "flow"), ("flow", "flow"), ("tiny", "cycleik")):
         with pytest.raises(WeightsError, match="enough"):
             inputs.solver_of(name, robot, compose([f"model={override}", "train.epochs=2"]))
-    assert [config.model.name for config in asked] == ["flow", "flow", "tiny"]
-    assert [config.train.epochs for config in asked] == [2, 2, 2]
-    assert asked[0].train.batch_size == compose(["model=flow"]).train.batch_size
+    assert [config.model.name for config in requested] == ["flow", "flow", "tiny"]
+    assert [config.train.epochs for config in requested] == [2, 2, 2]
+    assert requested[0].train.batch_size == compose(["model=flow"]).train.batch_size

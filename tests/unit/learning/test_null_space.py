@@ -16,7 +16,7 @@ from pipeline.learning.null_space import NullSpaceGenerator
 from pipeline.learning.null_space_objective import NullSpaceObjective, variance_loss
 from pipeline.learning.null_space_solver import NullSpaceIk
 from pipeline.learning.objective import make_objective
-from pipeline.learning.trainer import Run, Trainer
+from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.learning.weights import chain_facts, save_weights
 from pipeline.settings import Config
 from pipeline.solvers import load_solver
@@ -119,7 +119,7 @@ def test_training_spreads_the_answers(panda: Robot, poses: PoseSet) -> None:
     for weight in (0, 50):
         overrides = [f"train.variance_weight={weight}", "train.epochs=8", "train.validations=1"]
         config = compose([*SMALL, *overrides, "train.warm_up_steps=0"])
-        trainer = Trainer(panda, network(panda, config), config.train, Run(0, "", "spread"))
+        trainer = Trainer(panda, network(panda, config), config.train, TrainingRun(0, "", "spread"))
         trainer.fit(poses, PoseSet(poses.poses[:50], poses.joints[:50]))
         batch = trainer.tensor(poses.poses[:50]).repeat_interleave(64, dim=0)
         made = trainer.network
@@ -136,7 +136,7 @@ def test_a_killed_training_ends_with_the_same_bits(
 ) -> None:
     overrides = ["train.epochs=1", "train.validations=4", "train.checkpoint_s=1.0e-9"]
     config = compose([*SMALL, *overrides])
-    whole = Trainer(panda, network(panda, config), config.train, Run(0, "d", "whole"))
+    whole = Trainer(panda, network(panda, config), config.train, TrainingRun(0, "d", "whole"))
     expected = whole.fit(poses, poses)
 
     def die(step: int, row: dict[str, float]) -> None:
@@ -145,11 +145,13 @@ def test_a_killed_training_ends_with_the_same_bits(
 
     path = tmp_path / "state.safetensors"
     first = Trainer(
-        panda, network(panda, config), config.train, Run(0, "d", "first", path, report=die)
+        panda, network(panda, config), config.train, TrainingRun(0, "d", "first", path, report=die)
     )
     with pytest.raises(KeyboardInterrupt):
         first.fit(poses, poses)
-    second = Trainer(panda, network(panda, config), config.train, Run(0, "d", "second", path))
+    second = Trainer(
+        panda, network(panda, config), config.train, TrainingRun(0, "d", "second", path)
+    )
     assert second.fit(poses, poses).curve == expected.curve
     for name, value in whole.network.state_dict().items():
         assert torch.equal(value, second.network.state_dict()[name]), name

@@ -7,7 +7,7 @@ import torch
 from torch import nn
 
 from pipeline.learning import precision
-from pipeline.learning.precision import HIGHEST, MEDIUM, Products, matmul_precision
+from pipeline.learning.precision import HIGHEST, MEDIUM, MatmulPrecision, matmul_precision
 
 CPU = torch.device("cpu")
 BATCH = 128
@@ -18,7 +18,7 @@ def network() -> nn.Sequential:
     return nn.Sequential(nn.Linear(256, 512), nn.GELU(), nn.Linear(512, 256))
 
 
-def gradient(products: Products) -> tuple[torch.Tensor, torch.Tensor]:
+def gradient(products: MatmulPrecision) -> tuple[torch.Tensor, torch.Tensor]:
     """Output and first weight gradient of a network that is the same every time."""
     layers = network()
     values = torch.randn(BATCH, 256)
@@ -43,13 +43,13 @@ def away(value: torch.Tensor, exact: torch.Tensor) -> float:
 
 
 def test_float32_products_err_like_float32_whoever_computes_them() -> None:
-    products = Products("float32", network(), BATCH, CPU)
+    products = MatmulPrecision("float32", network(), BATCH, CPU)
     for value, exact in zip(gradient(products), reference(), strict=True):
         assert away(value, exact) < 2e-6
 
 
 def test_a_rounded_backward_pass_leaves_the_output_alone() -> None:
-    products = Products("bfloat16_backward", network(), BATCH, CPU)
+    products = MatmulPrecision("bfloat16_backward", network(), BATCH, CPU)
     assert products.backward == MEDIUM
     (output, slope), (exact, straight) = gradient(products), reference()
     assert away(output, exact) < 2e-6
@@ -58,9 +58,9 @@ def test_a_rounded_backward_pass_leaves_the_output_alone() -> None:
 
 def test_a_machine_that_rounds_is_told_not_to(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(precision, "_is_exact", lambda shape, batch: shape != (512, 256))
-    products = Products("float32", network(), BATCH, CPU)
+    products = MatmulPrecision("float32", network(), BATCH, CPU)
     assert (products.forward, products.backward) == (HIGHEST, HIGHEST)
-    products = Products("bfloat16_backward", network(), BATCH, CPU)
+    products = MatmulPrecision("bfloat16_backward", network(), BATCH, CPU)
     assert (products.forward, products.backward) == (HIGHEST, MEDIUM)
 
 

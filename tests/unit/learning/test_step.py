@@ -12,7 +12,7 @@ from pipeline.config import compose
 from pipeline.learning.checkpoint import Progress
 from pipeline.learning.networks import CycleIkMlp, build_network
 from pipeline.learning.step import BranchlessStep, EagerStep, TrainState, is_captured
-from pipeline.learning.trainer import Run, Trainer, TrainingError
+from pipeline.learning.trainer import Trainer, TrainingError, TrainingRun
 from pipeline.settings import Config
 from robots import Robot, load_robot
 
@@ -60,7 +60,9 @@ class Watched(TorchDispatchMode):
 def made(robot: Robot, kind: type, *overrides: str) -> tuple[EagerStep | BranchlessStep, Trainer]:
     config: Config = compose([*SMALL, *overrides])
     torch.manual_seed(5)
-    trainer = Trainer(robot, build_network(robot, config.model), config.train, Run(0, "", "step"))
+    trainer = Trainer(
+        robot, build_network(robot, config.model), config.train, TrainingRun(0, "", "step")
+    )
     state = TrainState(
         trainer.objective,
         trainer.network,
@@ -131,21 +133,21 @@ def test_nothing_in_it_needs_the_host(robot: Robot, batches: Any) -> None:
 
 
 def test_only_what_can_be_captured_is(robot: Robot) -> None:
-    def asked(device: torch.device, *overrides: str) -> bool:
+    def requested(device: torch.device, *overrides: str) -> bool:
         config = compose(["profile=smoke", "model=tiny", *overrides])
         return is_captured(config.train, build_network(robot, config.model), device)
 
     config = compose(["profile=smoke", "model=tiny"])
     assert isinstance(build_network(robot, config.model), CycleIkMlp)
-    assert asked(CUDA) and asked(CUDA, "train.step=captured")
-    assert not asked(CUDA, "train.step=eager")
-    assert not asked(CPU)
-    assert not asked(CUDA, "model=compact")
-    assert not asked(CUDA, "train.kinematics=pytorch_kinematics")
+    assert requested(CUDA) and requested(CUDA, "train.step=captured")
+    assert not requested(CUDA, "train.step=eager")
+    assert not requested(CPU)
+    assert not requested(CUDA, "model=compact")
+    assert not requested(CUDA, "train.kinematics=pytorch_kinematics")
     with pytest.raises(TrainingError, match=r"captured needs a CUDA device .*use auto or eager"):
-        asked(CPU, "train.step=captured")
+        requested(CPU, "train.step=captured")
     with pytest.raises(TrainingError, match="one shape for every batch"):
-        asked(CUDA, "train.step=captured", "model=compact")
+        requested(CUDA, "train.step=captured", "model=compact")
 
 
 def test_compiled_kinematics_are_refused_where_they_cannot_run(
@@ -154,4 +156,4 @@ def test_compiled_kinematics_are_refused_where_they_cannot_run(
     monkeypatch.setattr("pipeline.learning.trainer.pick_device", lambda name: CUDA)
     config = compose(["profile=smoke", "model=tiny", "train.kinematics=compiled"])
     with pytest.raises(TrainingError, match=r"compiled runs on the CPU, .* cuda: use auto"):
-        Trainer(robot, build_network(robot, config.model), config.train, Run(0, "", "step"))
+        Trainer(robot, build_network(robot, config.model), config.train, TrainingRun(0, "", "step"))

@@ -12,7 +12,7 @@ from pipeline.config import compose
 from pipeline.data.dataset import PoseSet
 from pipeline.learning.batches import Batches
 from pipeline.learning.networks import build_network
-from pipeline.learning.trainer import Run, Trainer, TrainingError, error_score
+from pipeline.learning.trainer import Trainer, TrainingError, TrainingRun, error_score
 from pipeline.settings import Config
 from robots import Robot, load_robot
 
@@ -39,7 +39,7 @@ def held_out(poses: PoseSet) -> PoseSet:
     return PoseSet(poses.poses[:100], poses.joints[:100])
 
 
-def trainer(robot: Robot, config: Config, run: Run) -> Trainer:
+def trainer(robot: Robot, config: Config, run: TrainingRun) -> Trainer:
     torch.manual_seed(3)
     return Trainer(robot, build_network(robot, config.model), config.train, run)
 
@@ -51,7 +51,7 @@ def weights(made: Trainer) -> dict[str, torch.Tensor]:
 @pytest.mark.parametrize("model", ["tiny", "compact"])
 def test_the_loss_falls(robot: Robot, poses: PoseSet, held_out: PoseSet, model: str) -> None:
     config = compose([*SMALL, f"model={model}", "train.epochs=6", "train.warm_up_steps=0"])
-    made = trainer(robot, config, Run(seed=0, digest="", label="test"))
+    made = trainer(robot, config, TrainingRun(seed=0, digest="", label="test"))
     curve = made.fit(poses, held_out).curve
     assert curve[-1]["loss"] < 0.8 * curve[0]["loss"]
     assert curve[-1]["learning_rate"] == 0.0
@@ -61,7 +61,7 @@ def test_a_killed_run_ends_with_the_same_bits(
     robot: Robot, poses: PoseSet, held_out: PoseSet, tmp_path: Path
 ) -> None:
     config = compose([*SMALL, "train.checkpoint_s=1.0e-9"])
-    whole = trainer(robot, config, Run(seed=0, digest="d", label="whole"))
+    whole = trainer(robot, config, TrainingRun(seed=0, digest="d", label="whole"))
     expected = whole.fit(poses, held_out)
     path = tmp_path / "state.safetensors"
 
@@ -69,10 +69,10 @@ def test_a_killed_run_ends_with_the_same_bits(
         if step >= 10:
             raise Killed
 
-    first = trainer(robot, config, Run(0, "d", "first", checkpoint=path, report=die))
+    first = trainer(robot, config, TrainingRun(0, "d", "first", checkpoint=path, report=die))
     with pytest.raises(Killed):
         first.fit(poses, held_out)
-    second = trainer(robot, config, Run(0, "d", "second", checkpoint=path))
+    second = trainer(robot, config, TrainingRun(0, "d", "second", checkpoint=path))
     resumed = second.fit(poses, held_out)
     assert resumed.curve == expected.curve
     for name, value in weights(whole).items():
@@ -94,7 +94,7 @@ def test_the_best_validation_is_kept_beside_the_last_step(
 
     # So high a rate jumps about: the last step is not the best one.
     rate = ["train.learning_rate=0.1", "train.warm_up_steps=0", "train.validations=10"]
-    made = trainer(robot, compose([*SMALL, *rate]), Run(0, "", "best", report=remember))
+    made = trainer(robot, compose([*SMALL, *rate]), TrainingRun(0, "", "best", report=remember))
     progress = made.fit(poses, held_out)
     best = min(seen, key=lambda step: seen[step][0])
     assert progress.best_step == best < progress.step
@@ -110,9 +110,9 @@ def test_a_checkpoint_of_another_configuration_is_not_resumed(
 ) -> None:
     path = tmp_path / "state.safetensors"
     config = compose([*SMALL, "train.checkpoint_s=1.0e-9"])
-    trainer(robot, config, Run(0, "one", "one", checkpoint=path)).fit(poses, held_out)
+    trainer(robot, config, TrainingRun(0, "one", "one", checkpoint=path)).fit(poses, held_out)
     assert path.exists()
-    fresh = trainer(robot, config, Run(0, "two", "two", checkpoint=path))
+    fresh = trainer(robot, config, TrainingRun(0, "two", "two", checkpoint=path))
     assert fresh.fit(poses, held_out).curve[0]["step"] == 5
 
 
@@ -121,7 +121,7 @@ def test_a_damaged_checkpoint_starts_anew(
 ) -> None:
     path = tmp_path / "state.safetensors"
     path.write_bytes(b"cut off")
-    made = trainer(robot, compose(SMALL), Run(0, "d", "x", checkpoint=path))
+    made = trainer(robot, compose(SMALL), TrainingRun(0, "d", "x", checkpoint=path))
     assert made.fit(poses, held_out).step == 20
 
 
@@ -130,7 +130,7 @@ def test_steps_with_a_gradient_that_is_not_finite_change_nothing(
 ) -> None:
     broken = PoseSet(poses.poses.copy(), poses.joints)
     broken.poses[:, 0] = np.nan
-    made = trainer(robot, compose([*SMALL, "train.weight_decay=0.1"]), Run(0, "", "nan"))
+    made = trainer(robot, compose([*SMALL, "train.weight_decay=0.1"]), TrainingRun(0, "", "nan"))
     before = weights(made)
     progress = made.fit(broken, held_out)
     assert progress.skipped == progress.step == 20
@@ -140,7 +140,7 @@ def test_steps_with_a_gradient_that_is_not_finite_change_nothing(
 def test_a_batch_larger_than_the_set_is_refused(
     robot: Robot, poses: PoseSet, held_out: PoseSet
 ) -> None:
-    made = trainer(robot, compose([*SMALL, "train.batch_size=501"]), Run(0, "", "big"))
+    made = trainer(robot, compose([*SMALL, "train.batch_size=501"]), TrainingRun(0, "", "big"))
     with pytest.raises(TrainingError, match=r"batch_size 501 .*500 poses"):
         made.fit(poses, held_out)
 

@@ -33,7 +33,7 @@ LABELS = [
 
 def answer(labels: list[Label]) -> tuple[torch.Tensor, torch.Tensor]:
     """What a perfect network would say."""
-    targets = targets_of(labels, NAMES, SIZE, SCALE, CONFIG.spread)
+    targets = targets_of(labels, NAMES, SIZE, SCALE, CONFIG.heatmap_sigma)
     heat = torch.from_numpy(targets.heat).clamp(1e-4, 1 - 1e-4)
     return torch.logit(heat), torch.from_numpy(targets.offsets)
 
@@ -70,8 +70,8 @@ def test_a_mirrored_picture_has_mirrored_targets() -> None:
         )
         for each in LABELS
     ]
-    plain = targets_of(LABELS, NAMES, SIZE, SCALE, CONFIG.spread)
-    wanted = targets_of(mirrored, NAMES, SIZE, SCALE, CONFIG.spread)
+    plain = targets_of(LABELS, NAMES, SIZE, SCALE, CONFIG.heatmap_sigma)
+    wanted = targets_of(mirrored, NAMES, SIZE, SCALE, CONFIG.heatmap_sigma)
     offsets = (
         plain.offsets[list(SWAPPED)][:, :, ::-1] * np.array([-1, 1, 1, 1, 1, 1])[:, None, None]
     )
@@ -81,7 +81,7 @@ def test_a_mirrored_picture_has_mirrored_targets() -> None:
 
 
 def test_the_loss_of_a_perfect_answer_is_nearly_nothing_and_of_a_wrong_one_is_not() -> None:
-    targets = targets_of(LABELS, NAMES, SIZE, SCALE, CONFIG.spread)
+    targets = targets_of(LABELS, NAMES, SIZE, SCALE, CONFIG.heatmap_sigma)
     wanted = tuple(
         torch.from_numpy(part)[None] for part in (targets.heat, targets.offsets, targets.known)
     )

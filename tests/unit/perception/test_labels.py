@@ -27,14 +27,14 @@ def test_a_ball_is_labelled_where_it_lies(studio: Studio) -> None:
     place = (float(np.mean(scene.area.x)), float(np.mean(scene.area.y)))
     camera = mounted(studio.scene.robot)
     (label,) = studio.photograph([Laid(ball, place, 0.0)], camera, EYE).labels
-    thing = CONFIG.grasp.objects[ball]
-    centre = np.array([*place, scene.table.height + 0.5 * thing.height])
+    obj = CONFIG.grasp.objects[ball]
+    centre = np.array([*place, scene.table.height + 0.5 * obj.height])
     assert np.array(label.position) == pytest.approx(centre, abs=1e-3)
     assert np.array(label.centroid) == pytest.approx(camera.pixels_of(centre)[0], abs=0.6)
     x0, y0, x1, y1 = label.box
     assert [(x0 + x1) / 2, (y0 + y1) / 2] == pytest.approx(list(label.centroid), abs=2.0)
     distance = np.linalg.norm(centre - camera.pose[:3, 3])
-    assert x1 - x0 == pytest.approx(camera.focal * thing.height / distance, rel=0.08)
+    assert x1 - x0 == pytest.approx(camera.focal * obj.height / distance, rel=0.08)
     back = camera.project([label.centroid], label.position[2])[0]
     assert back == pytest.approx(centre, abs=1e-3)
 

@@ -10,7 +10,7 @@ from matplotlib.colors import to_hex
 
 import baselines
 from pipeline.config import compose
-from pipeline.data.rows import KeptRows
+from pipeline.data.rows import RowCheckpoint
 from pipeline.planning import benchmark as module
 from pipeline.planning.benchmark import KEY, benchmark, plan_pair, random_pairs
 from pipeline.planning.figures import _joint_figure, write_figures
@@ -35,14 +35,14 @@ def test_a_killed_benchmark_plans_only_what_is_missing(
     monkeypatch.setattr(module, "plan_pair", plan)
     path = tmp_path / "rows.jsonl"
     with pytest.raises(KeyboardInterrupt):
-        benchmark(robot, solvers, CONFIG, 0, KeptRows(path, KEY))
+        benchmark(robot, solvers, CONFIG, 0, RowCheckpoint(path, KEY))
     first = path.read_text()
     assert first.count("\n") == 2
-    rows = benchmark(robot, solvers, CONFIG, 0, KeptRows(path, KEY))
+    rows = benchmark(robot, solvers, CONFIG, 0, RowCheckpoint(path, KEY))
     assert len(planned) == 4 + 2
     assert list(rows["pair"]) == [0, 1, 2]
     assert path.read_text().startswith(first)
-    benchmark(robot, solvers, CONFIG, 0, KeptRows(path, KEY))
+    benchmark(robot, solvers, CONFIG, 0, RowCheckpoint(path, KEY))
     assert len(planned) == 6
 
 

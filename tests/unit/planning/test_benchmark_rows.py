@@ -10,7 +10,7 @@ import pandas as pd
 import baselines
 from baselines import Budget
 from pipeline.config import compose
-from pipeline.data.rows import KeptRows
+from pipeline.data.rows import RowCheckpoint
 from pipeline.planning import benchmark as module
 from pipeline.planning.benchmark import KEY, benchmark, prepared, shown_route
 from robots import load_robot
@@ -31,7 +31,7 @@ def test_a_path_is_judged_once_and_the_query_is_kept_beside_the_repair(
 
     monkeypatch.setattr(module, "judge_path", counted)
     solvers = {name: baselines.load("lm", ROBOT) for name in ("lm", "again")}
-    rows = benchmark(ROBOT, solvers, CONFIG, 2, KeptRows(tmp_path / "rows.jsonl", KEY))
+    rows = benchmark(ROBOT, solvers, CONFIG, 2, RowCheckpoint(tmp_path / "rows.jsonl", KEY))
     assert len(judged) == 4
     first, second = (rows[rows.solver == name].reset_index(drop=True) for name in solvers)
     same = ["in_reach", "continuous", "flips", "query_flips", "tip_error_mm", "largest_step_rad"]

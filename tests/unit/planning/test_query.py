@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 import baselines
 from pipeline.planning.continuity import Ends, branch_flips, kernel_options
 from pipeline.planning.motion import plan_motion
-from pipeline.planning.query import Hypothesising, answer
+from pipeline.planning.query import Hypothesising, solve_waypoints
 from pipeline.planning.search_kernel import cheapest_path, thinned
 from robots import load_robot
 from robots.rotations import rotation_angle
@@ -30,10 +30,10 @@ class TwoHeads:
     def __init__(self, kernel=None):
         if kernel is not None:
             self.kernel = kernel
-        self.asked = []
+        self.requested = []
 
     def hypotheses(self, poses):
-        self.asked.append(len(poses))
+        self.requested.append(len(poses))
         generator = np.random.default_rng(1)
         near = WAY + generator.normal(0, 2e-3, WAY.shape)
         far = generator.uniform(ROBOT.lower, ROBOT.upper, WAY.shape)
@@ -48,8 +48,8 @@ class TwoHeads:
 def test_of_a_network_the_way_with_least_travel_is_taken_in_one_query():
     network = TwoHeads()
     assert isinstance(network, Hypothesising)
-    given = answer(ROBOT, network, POSES, Ends(None, None))
-    assert network.asked == [50]
+    given = solve_waypoints(ROBOT, network, POSES, Ends(None, None))
+    assert network.requested == [50]
     assert np.abs(given.joints - WAY).max() < 0.02
     assert given.found.all()
     assert given.candidates.shape == (50, 2, 7)
@@ -76,7 +76,7 @@ def test_solvers_without_hypotheses_are_seeded_along_the_straight_way():
                 found=np.ones(len(poses), dtype=bool),
             )
 
-    given = answer(ROBOT, Seen(), POSES, Ends(None, None))
+    given = solve_waypoints(ROBOT, Seen(), POSES, Ends(None, None))
     assert [call.shape for call in calls] == [(7,), (50, 7)]
     assert_allclose(calls[1], WAY, atol=1e-12)
     assert given.candidates is None
@@ -114,11 +114,11 @@ def test_the_cheapest_path_is_the_best_of_all():
     chosen = np.zeros(5, dtype=np.int64)
     cheapest_path(candidates, prices, chosen)
 
-    def cost(way):
-        joints = candidates[np.arange(5), way]
-        return (np.diff(joints, axis=0) ** 2).sum() + prices[np.arange(5), way].sum()
+    def cost(candidate):
+        joints = candidates[np.arange(5), candidate]
+        return (np.diff(joints, axis=0) ** 2).sum() + prices[np.arange(5), candidate].sum()
 
-    best = min(itertools.product(range(3), repeat=5), key=lambda way: cost(list(way)))
+    best = min(itertools.product(range(3), repeat=5), key=lambda candidate: cost(list(candidate)))
     assert list(chosen) == list(best)
 
 

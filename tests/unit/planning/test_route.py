@@ -8,10 +8,10 @@ from numpy.testing import assert_allclose
 
 import baselines
 from pipeline.planning.continuity import Ends, branch_flips, kernel_options
+from pipeline.planning.joint_space_candidates import joint_space_candidates
 from pipeline.planning.motion import Motion, plan_motion
 from pipeline.planning.path import tip_path
 from pipeline.planning.route import find_route
-from pipeline.planning.ways import ways
 from robots import Robot, load_robot
 from robots.rotations import rotation_angle
 
@@ -32,16 +32,16 @@ def assert_driven(robot: Robot, motion: Motion) -> None:
     assert motion.tip_error_deg.max() < 0.02
     assert (motion.joints >= robot.lower).all()
     assert (motion.joints <= robot.upper).all()
-    ends, asked = motion.poses[[0, -1]], motion.asked[[0, -1]]
-    assert_allclose(ends[:, :3], asked[:, :3], atol=1e-9)
-    assert rotation_angle(ends[:, 3:], asked[:, 3:]).max() < 1e-7
+    ends, requested = motion.poses[[0, -1]], motion.requested[[0, -1]]
+    assert_allclose(ends[:, :3], requested[:, :3], atol=1e-9)
+    assert rotation_angle(ends[:, 3:], requested[:, 3:]).max() < 1e-7
 
 
 def test_a_path_without_a_branch_is_left_for_a_curve_that_has_one() -> None:
     motion = plan_motion(NICO, LM, *ENDS)
     assert_driven(NICO, motion)
-    assert_allclose(motion.asked, tip_path(*ENDS))
-    assert np.abs(motion.poses - motion.asked).max() > 0.01
+    assert_allclose(motion.requested, tip_path(*ENDS))
+    assert np.abs(motion.poses - motion.requested).max() > 0.01
 
 
 def test_the_other_curve_is_one_of_control_points() -> None:
@@ -59,7 +59,7 @@ def test_a_caller_can_forbid_it() -> None:
     assert motion.route is None
     assert motion.found.all()
     assert motion.flips > 0
-    assert_allclose(motion.poses, motion.asked)
+    assert_allclose(motion.poses, motion.requested)
 
 
 def test_the_branch_of_given_joints_is_kept() -> None:
@@ -91,11 +91,11 @@ def test_ways_keep_the_limits_and_those_free_of_collisions_come_first(name: str)
     options = kernel_options(baselines.load("lm", robot))
     assert options is not None
     first, last = robot.forward_kinematics(robot.sample(2, seed=1))
-    every = list(ways(robot, tip_path(first, last), Ends(None, None), options))
+    every = list(joint_space_candidates(robot, tip_path(first, last), Ends(None, None), options))
     assert every
-    hits = np.array([robot.in_collision(way).any() for way in every])
+    hits = np.array([robot.in_collision(candidate).any() for candidate in every])
     assert (np.diff(hits.astype(int)) >= 0).all()
-    for way in every:
-        assert (way >= robot.lower - 1e-9).all()
-        assert (way <= robot.upper + 1e-9).all()
-        assert np.abs(np.diff(way, axis=0)).max() < 0.5
+    for candidate in every:
+        assert (candidate >= robot.lower - 1e-9).all()
+        assert (candidate <= robot.upper + 1e-9).all()
+        assert np.abs(np.diff(candidate, axis=0)).max() < 0.5

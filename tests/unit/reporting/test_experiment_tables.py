@@ -11,7 +11,7 @@ import pytest
 
 from pipeline.data.files import write_json
 from pipeline.data.tables import write_table
-from pipeline.reporting.losses import contests, losses_figure, losses_table, verdict
+from pipeline.reporting.losses import compare_losses, losses_figure, losses_table, verdict
 from pipeline.reporting.report import make_report, make_table
 from pipeline.reporting.results import read_results
 from pipeline.reporting.tables_experiments import constraints, solutions
@@ -24,7 +24,7 @@ def swept(root: Path, name: str, errors: list[float], **train: Any) -> Path:
     """Write what one run of a sweep leaves: card and curve."""
     folder = root / "sweep" / name
     place = folder / "train" / "panda" / "small"
-    config = {"epochs": 10, "loss": "smooth", "repetition": 0, "constraints": [], **train}
+    config = {"epochs": 10, "loss": "smooth", "replicate": 0, "constraints": [], **train}
     card = {"robot": "panda", "joint_names": ["a", "b", "c"]}
     write_json(
         place / "card.json", {**card, "config": {"train": config, "model": {"name": "small"}}}
@@ -38,33 +38,33 @@ def swept(root: Path, name: str, errors: list[float], **train: Any) -> Path:
 
 def losses_of(root: Path) -> Path:
     for run in range(3):
-        swept(root, f"f{run}", [80, 60, 50, 40 + run], loss="former", repetition=run)
-        swept(root, f"s{run}", [70, 39 + run, 20, 9 + run], loss="smooth", repetition=run)
+        swept(root, f"f{run}", [80, 60, 50, 40 + run], loss="former", replicate=run)
+        swept(root, f"s{run}", [70, 39 + run, 20, 9 + run], loss="smooth", replicate=run)
     swept(root, "other", [1, 1, 1, 1], loss="smooth", epochs=20)
     return root
 
 
 def test_losses_are_compared_among_runs_that_differ_in_nothing_else(tmp_path: Path) -> None:
-    (contest,) = contests(read_results(losses_of(tmp_path)).swept)
-    assert contest.runs("former") == contest.runs("smooth") == 3
-    assert contest.mean("smooth", "validation_position_error_mm").tolist() == [70, 40, 20, 10]
+    (comparison,) = compare_losses(read_results(losses_of(tmp_path)).swept)
+    assert comparison.runs("former") == comparison.runs("smooth") == 3
+    assert comparison.mean("smooth", "validation_position_error_mm").tolist() == [70, 40, 20, 10]
     # The former end at 41; the new are below that at the second of four validations.
-    assert contest.gain("validation_position_error_mm") == 2.0
-    table = losses_table([contest])
+    assert comparison.gain("validation_position_error_mm") == 2.0
+    table = losses_table([comparison])
     new = dict(zip([column.name for column in table.columns], table.rows[0], strict=True))
     assert (new["validation_position_error_mm_least"], new["runs"]) == (9.0, 3)
-    said = verdict([contest])
+    said = verdict([comparison])
     assert "10 / 5 mm / deg with the new losses against 41 / 20.5 with the former" in said
     assert "2 times sooner" in said and "does not hold in full" in said
-    assert len(losses_figure([contest]).axes) == 2
+    assert len(losses_figure([comparison]).axes) == 2
 
 
 def test_losses_that_never_reach_the_former_are_said_to_be(tmp_path: Path) -> None:
     swept(tmp_path, "f", [50, 10], loss="former")
     swept(tmp_path, "s", [70, 40], loss="smooth")
-    (contest,) = contests(read_results(tmp_path).swept)
-    assert contest.gain("validation_position_error_mm") is None
-    assert "final position error never, its rotation error never" in verdict([contest])
+    (comparison,) = compare_losses(read_results(tmp_path).swept)
+    assert comparison.gain("validation_position_error_mm") is None
+    assert "final position error never, its rotation error never" in verdict([comparison])
 
 
 def test_a_secondary_goal_is_set_beside_the_run_without(tmp_path: Path) -> None:

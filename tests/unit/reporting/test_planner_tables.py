@@ -32,7 +32,7 @@ ROWS = pd.DataFrame(
         "rerouted": [False, True, False, True],
         "detour_mm": [0.0, 80.0, 0.0, 300.0],
         "length_m": [1.0, 1.5, 1.0, 3.0],
-        "asked_length_m": 1.0,
+        "requested_length_m": 1.0,
         "collisions": [3, 0, 0, 2],
         "limit_violations": 0,
     }
@@ -54,7 +54,7 @@ def only(table: Table) -> dict[str, str]:
 def test_both_shares_stand_side_by_side(results: Results) -> None:
     line = only(planner(results, read_published(PUBLISHED)))
     assert (line["in_reach"], line["continuous"]) == ("3", "1")
-    assert float(line["asked_without_flip"]) == pytest.approx(1 / 3)
+    assert float(line["requested_without_flip"]) == pytest.approx(1 / 3)
     assert float(line["without_flip"]) == pytest.approx(2 / 3)
     assert float(line["followed_without_flip"]) == 1.0
     assert float(line["tip_error_largest_mm"]) == 0.2
@@ -66,7 +66,7 @@ def test_other_curves_are_counted_in_reach_and_beyond(results: Results) -> None:
     assert (line["beyond"], line["beyond_rerouted"]) == ("1", "1")
     assert float(line["detour_mm"]) == 80.0
     assert float(line["longer"]) == 1.5
-    assert float(line["hit_asked"]) == 1.0
+    assert float(line["hit_requested"]) == 1.0
     assert float(line["hit_rerouted"]) == 0.5
 
 
@@ -74,7 +74,7 @@ def test_rows_from_before_there_were_other_curves_are_all_as_asked(results: Resu
     results.plan["nico"] = ROWS.drop(columns=["rerouted", "detour_mm"])
     assert planner_routes(results).rows == []
     line = only(planner(results, read_published(PUBLISHED)))
-    assert line["asked_without_flip"] == line["without_flip"]
+    assert line["requested_without_flip"] == line["without_flip"]
 
 
 def test_bars_add_up_to_all_plans_in_reach(results: Results) -> None:

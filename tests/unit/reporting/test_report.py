@@ -64,12 +64,12 @@ def test_metrics_are_numbers_by_stage_robot_and_solver(made):
 
 def test_the_same_rows_give_the_same_bytes(made, tmp_path):
     root, paths = made
-    material = report.gather(root, read_published(PUBLISHED), CONFIG)
-    for table in report.make_tables(material):
+    data = report.load(root, read_published(PUBLISHED), CONFIG)
+    for table in report.make_tables(data):
         for path in table.write(tmp_path):
             assert path.read_bytes() == (paths.tables / path.name).read_bytes(), path.name
     with styled():
-        figure = training_curves(material.results.train)
+        figure = training_curves(data.results.train)
         for path in save(figure, tmp_path, "training_curves", CONFIG.dpi):
             assert path.read_bytes() == (paths.figures / path.name).read_bytes(), path.name
 
@@ -90,7 +90,7 @@ def test_a_folder_that_no_stage_wrote_to_is_refused_and_not_made(tmp_path):
 
 
 def test_leftovers_of_a_kill_and_of_an_earlier_report_are_not_shown(tmp_path, monkeypatch):
-    monkeypatch.setattr(report, "draw_figures", lambda material, folder: [])
+    monkeypatch.setattr(report, "draw_figures", lambda data, folder: [])
     root = write_results(tmp_path / "quick", ("panda",), ("lm",), 20)
     (root / "evaluate" / "panda" / ".placo.123.partial.parquet").write_bytes(b"PAR1")
     (root / "plan" / "panda" / ".plans.123.partial.parquet").write_bytes(b"PAR1")
@@ -116,7 +116,7 @@ def test_the_rows_say_that_they_are_of_a_smoke_run(tmp_path):
 
 
 def test_damaged_files_are_named_and_the_rest_is_shown(tmp_path, monkeypatch):
-    monkeypatch.setattr(report, "draw_figures", lambda material, folder: [])
+    monkeypatch.setattr(report, "draw_figures", lambda data, folder: [])
     root = write_results(tmp_path / "quick", ("panda",), ("cycleik", "lm"), 20)
     damaged = root / "evaluate" / "panda" / "lm.parquet"
     damaged.write_bytes(damaged.read_bytes()[:200])

@@ -6,7 +6,7 @@ from synthetic import PUBLISHED, raw_rows, report_config, write_results
 
 from pipeline.data.tables import read_metadata, read_table, write_table
 from pipeline.reporting.published import read_published
-from pipeline.reporting.report import gather, make_table
+from pipeline.reporting.report import load, make_table
 from pipeline.reporting.seeding import adjusted, seed_effects
 
 
@@ -73,6 +73,6 @@ def test_rows_with_another_budget_are_not_paired_but_told(results):
     facts = {**read_metadata(path), "solver_budget": {"time_s": 9.0, "iterations": None}}
     write_table(path, read_table(path), facts)
     published = read_published(PUBLISHED)
-    material = gather(results, published, report_config(resamples=5))
-    assert set(material.effects.solver) == {"placo"}
-    assert any("another budget" in note for note in material.results.notes)
+    data = load(results, published, report_config(resamples=5))
+    assert set(data.effects.solver) == {"placo"}
+    assert any("another budget" in note for note in data.results.notes)

@@ -6,7 +6,7 @@ import pytest
 
 from robots import Robot, SamplingError, load_robot, sampling
 from robots.description import Description
-from robots.sampling import CHUNK, Draw, Samples, Spread, sample_configurations
+from robots.sampling import CHUNK, ChunkExecutor, Draw, Samples, sample_configurations
 
 
 def test_samples_are_within_limits_and_free(two_link: Robot) -> None:
@@ -26,23 +26,27 @@ def test_seed_decides_and_count_does_not(two_link: Robot) -> None:
 def test_who_draws_does_not_change_the_samples(two_link: Robot) -> None:
     count = (sampling.TRIAL + 3) * CHUNK
     alone = sample_configurations(two_link, count, seed=3)
-    asked: list[int] = []
+    requested: list[int] = []
 
     def elsewhere(draw: Draw, numbers: Sequence[int]) -> list[Samples]:
-        asked.extend(numbers)
+        requested.extend(numbers)
         drawn = {number: pickle.loads(pickle.dumps(draw))(number) for number in numbers[::-1]}
         return [drawn[number] for number in numbers]
 
     shown: list[int] = []
-    spread = Spread(elsewhere, start_up_s=0.0)
-    together = sample_configurations(two_link, count, seed=3, spread=spread, progress=shown.append)
-    assert asked[0] == sampling.TRIAL
+    executor = ChunkExecutor(elsewhere, start_up_s=0.0)
+    together = sample_configurations(
+        two_link, count, seed=3, executor=executor, progress=shown.append
+    )
+    assert requested[0] == sampling.TRIAL
     assert np.array_equal(alone.joints, together.joints)
     assert (alone.drawn, alone.colliding) == (together.drawn, together.colliding)
     assert sum(shown) == count
-    asked.clear()
-    sample_configurations(two_link, count, seed=3, spread=Spread(elsewhere, start_up_s=1e6))
-    assert asked == []
+    requested.clear()
+    sample_configurations(
+        two_link, count, seed=3, executor=ChunkExecutor(elsewhere, start_up_s=1e6)
+    )
+    assert requested == []
 
 
 def test_workspace_filter_and_account() -> None:

@@ -83,7 +83,7 @@ def test_a_path_that_cannot_be_is_refused():
 
 
 def test_an_utterance_ends_with_silence_or_at_last():
-    config = MicrophoneConfig(None, longest_s=3.0, silence_s=0.5, level=0.01)
+    config = MicrophoneConfig(None, max_duration_s=3.0, silence_s=0.5, level=0.01)
     loud, quiet = np.full(int(BLOCK_S * RATE), 0.1), np.zeros(int(BLOCK_S * RATE))
     heard = Utterance(config)
     for block in [quiet] * 10 + [loud] * 5 + [quiet] * 4:

@@ -74,7 +74,10 @@ def test_the_run_itself_is_the_start_unless_the_space_has_no_such_point() -> Non
     ("override", "words"),
     [
         ("+tune.space.loss={kind:choice,choices:[smooth,l2]}", "may become l2: train.loss"),
-        ("+tune.space.head_share={kind:float,low:0,high:2}", "may become 2.0: train.head_share"),
+        (
+            "+tune.space.mean_head_weight={kind:float,low:0,high:2}",
+            "may become 2.0: train.mean_head_weight",
+        ),
         ("model=flow", "set tune.objective=errors for model.kind=flow"),
     ],
 )

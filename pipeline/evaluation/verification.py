@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-class JudgeError(PipelineError):
+class VerificationError(PipelineError):
     """Joints that no tip pose can be computed of."""
 
 
@@ -36,13 +36,13 @@ def tip_poses(robot: Robot, joints: ArrayLike) -> Array:
         (N, 7) poses of the tip in the base frame, x y z [m], qw qx qy qz with w >= 0.
 
     Raises:
-        JudgeError: Joints of the wrong shape or not finite.
+        VerificationError: Joints of the wrong shape or not finite.
     """
     q = np.asarray(joints, dtype=np.float64)
     if q.ndim != 2 or q.shape[1] != robot.dof:
-        raise JudgeError(f"expected joints of shape (N, {robot.dof}), got {q.shape}")
+        raise VerificationError(f"expected joints of shape (N, {robot.dof}), got {q.shape}")
     if not np.isfinite(q).all():
-        raise JudgeError("expected finite joints, got NaN or infinite values")
+        raise VerificationError("expected finite joints, got NaN or infinite values")
     try:
         model, tip = robot.pinocchio()
     except RobotError:

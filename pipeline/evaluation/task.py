@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Subject:
+class EvaluationTask:
     """One solver of one robot on one set of poses.
 
     Attributes:
@@ -51,19 +51,19 @@ class Subject:
             return self.seeder.name
         return HOME if self.initial is None else "given"
 
-    def part(self, start: int, stop: int) -> Subject:
+    def part(self, start: int, stop: int) -> EvaluationTask:
         """Return it on the poses ``start`` to ``stop``; the first follows the last."""
         if stop <= len(self.poses):
             return self._at(slice(start, stop))
         return self._at(np.arange(start, stop) % len(self.poses))
 
-    def _at(self, rows: slice | NDArray[np.int64]) -> Subject:
+    def _at(self, rows: slice | NDArray[np.int64]) -> EvaluationTask:
         initial = self.initial
         if initial is not None and initial.ndim == 2:
             initial = initial[rows]
         return replace(self, poses=self.poses[rows], initial=initial)
 
-    def seeded(self) -> Subject:
+    def seeded(self) -> EvaluationTask:
         """Return the same subject with the seeder's answers as initial guesses."""
         if self.seeder is None:
             return self

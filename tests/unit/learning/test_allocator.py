@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.learning.memory import keep_freed_memory
+from pipeline.learning.allocator import keep_freed_memory
 
 # In a process of its own: what a process has freed before shapes what it gets.
 PROGRAM = """
 import resource, sys, torch
-from pipeline.learning.memory import keep_freed_memory
+from pipeline.learning.allocator import keep_freed_memory
 if sys.argv[1] == "kept":
     assert keep_freed_memory()
 def step():

@@ -1,4 +1,4 @@
-"""`ship`: put trained compact weights or a detector beside a robot's description."""
+"""`export-weights`: put trained compact weights or a detector beside a robot's description."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from robots import Robot
 LARGEST_BYTES = 3_000_000  # what a repository bears for each robot
 RUN_ONLY = ("run", "machine", "weights_sha256")
 HELP = """\
-python -m pipeline ship robot=panda [model=compact] [results_dir=results/quick]
+python -m pipeline export-weights robot=panda [model=compact] [results_dir=results/quick]
 
 Copies the weights that `train` made to robots/<name>/weights, where a solver finds them right after
 installation. Numbers are kept in half precision; the errors on the test poses are measured with
 them as they are kept, and go into the card.
 
-python -m pipeline ship detector robot=nicol [results_dir=results/quick]
+python -m pipeline export-weights detector robot=nicol [results_dir=results/quick]
 
 Copies the detector that the stage `detector` trained to robots/<name>/detector likewise.
 """
 
 
-def ship(arguments: list[str]) -> int:
-    """Ship the weights of one robot; a run's own weights go on taking precedence over them."""
+def export_weights(arguments: list[str]) -> int:
+    """Export the weights of one robot; a run's own weights go on taking precedence over them."""
     if arguments[:1] in (["-h"], ["--help"]):
         print(HELP, end="")
         return 0
     if arguments[:1] == ["detector"]:
-        return _ship_detector(compose(arguments[1:]))
+        return _export_detector(compose(arguments[1:]))
     config = compose(arguments)
     robot = robot_of(config)
     folders = artifacts(config)
@@ -59,8 +59,8 @@ def ship(arguments: list[str]) -> int:
     return 0
 
 
-def _ship_detector(config: Config) -> int:
-    """Ship a detector; its numbers are in half precision already, and so were judged."""
+def _export_detector(config: Config) -> int:
+    """Export a detector; its numbers are in half precision already, and so were judged."""
     from pipeline.perception.weights import (
         LARGEST_BYTES,
         WEIGHTS,

@@ -11,7 +11,7 @@ from pipeline.agent.model import Message
 from pipeline.agent.scene_text import read_user_text
 
 
-class Everything:
+class GraspAllPolicy:
     """Stands in for a language model: asks for a grasp of all that is in view.
 
     Attributes:
@@ -34,5 +34,5 @@ def agents(config: AgentConfig, robot: str) -> Callable[[], Agent]:
     Raises:
         SetupError: A package, an address or a key is missing.
     """
-    model = Everything() if config.kind == "none" else load_model(config)
+    model = GraspAllPolicy() if config.kind == "none" else load_model(config)
     return lambda: Agent(model, robot, config)

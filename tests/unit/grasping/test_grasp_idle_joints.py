@@ -5,7 +5,7 @@ import pybullet
 import pytest
 from numpy.testing import assert_allclose
 
-from pipeline.grasping.stiffened import hand_joints, stiffened_urdf
+from pipeline.grasping.idle_joints import fix_idle_joints, hand_joints
 from robots import load_robot
 
 
@@ -37,7 +37,7 @@ def test_every_link_stands_where_the_description_has_it(name):
     positions = dict(zip(robot.joint_names, robot.sample(1, seed=3)[0], strict=True))
     positions |= robot.description.posture
     wanted, _ = link_frames(robot.urdf_path, positions)
-    with stiffened_urdf(robot) as path:
+    with fix_idle_joints(robot) as path:
         frames, movable = link_frames(path, positions)
     assert movable == {*robot.joint_names, *hand_joints(robot)}
     assert set(frames) == set(wanted)
@@ -47,11 +47,11 @@ def test_every_link_stands_where_the_description_has_it(name):
 
 def test_a_robot_without_idle_joints_is_left_alone():
     robot = load_robot("panda")
-    with stiffened_urdf(robot) as path:
+    with fix_idle_joints(robot) as path:
         assert path == robot.urdf_path
 
 
 def test_the_file_is_gone_afterwards():
-    with stiffened_urdf(load_robot("nicol")) as path:
+    with fix_idle_joints(load_robot("nicol")) as path:
         assert path.exists()
     assert not path.exists()

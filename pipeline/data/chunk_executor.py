@@ -11,10 +11,10 @@ from functools import partial
 from pipeline.engine.config import LOCAL, EngineConfig
 from pipeline.engine.errors import EngineError
 from pipeline.engine.running import fans_out, try_tasks, workers_of
-from robots.sampling import Draw, Samples, Spread
+from robots.sampling import ChunkExecutor, Draw, Samples
 
 
-def spread_of(engine: EngineConfig, workers: int) -> Spread | None:
+def chunk_executor(engine: EngineConfig, workers: int) -> ChunkExecutor | None:
     """Return how an engine draws the chunks of a pose set, or None if this process does.
 
     Args:
@@ -27,7 +27,7 @@ def spread_of(engine: EngineConfig, workers: int) -> Spread | None:
     engine = replace(engine, workers=workers)
     if not fans_out(engine):
         return None
-    return Spread(_Shards(engine), engine.start_up_s)
+    return ChunkExecutor(_Shards(engine), engine.start_up_s)
 
 
 @dataclass(frozen=True)

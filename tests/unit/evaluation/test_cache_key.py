@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scripted import OneByOne, Scripted, subject
+from scripted import OneByOne, Scripted, task
 
 import baselines
 from baselines import Solution, Solver
 from pipeline.evaluation.identity import solver_identity
 from pipeline.evaluation.naming import row_name, solver_of_rows
-from pipeline.evaluation.runner import evaluate_solver, plan_chunks, question
+from pipeline.evaluation.runner import cache_key, evaluate_solver, plan_chunks
 
 
 class Seeder(Solver):
@@ -27,20 +27,20 @@ class Seeder(Solver):
 
 @pytest.mark.parametrize("batch_size", [1, 4])
 def test_each_pose_starts_from_the_seed_of_that_pose(robot, config, batch_size):
-    given = replace(subject(robot, OneByOne(robot)), seeder=Seeder(robot))
+    given = replace(task(robot, OneByOne(robot)), seeder=Seeder(robot))
     rows = evaluate_solver(given, replace(config, batch_sizes=[batch_size]))
     inside = np.clip(rows.target_x_m, robot.lower[0], robot.upper[0])
     np.testing.assert_array_equal(rows.q0, inside)
     assert (rows.seeded_by == "seeder").all()
     assert (rows.seed_time_us > 0).all()
-    assert question(given, config)["seeder_identity"]["class"].endswith("Seeder")
+    assert cache_key(given, config)["seeder_identity"]["class"].endswith("Seeder")
     home = evaluate_solver(replace(given, seeder=None), config)
     assert (home.seeded_by == "home").all()
     assert (home.seed_time_us == 0).all()
 
 
 def test_rows_say_whether_they_were_pinned_and_to_how_many_cores(robot, config):
-    given = subject(robot, Scripted(robot, robot.home))
+    given = task(robot, Scripted(robot, robot.home))
     cores = len(os.sched_getaffinity(0))
     rows = evaluate_solver(given, config)
     assert rows.pinned.all()
@@ -55,17 +55,17 @@ def test_rows_say_whether_they_were_pinned_and_to_how_many_cores(robot, config):
 
 def test_solvers_of_single_poses_are_not_timed_in_batches(robot, config):
     config = replace(config, batch_sizes=[1, 4])
-    chunks = list(plan_chunks(subject(robot, OneByOne(robot, iterations=1)), config))
+    chunks = list(plan_chunks(task(robot, OneByOne(robot, iterations=1)), config))
     assert chunks == [(1, 0, 5), (1, 5, 10), (1, 10, 12)]
 
 
 def test_the_question_is_json_and_names_poses_and_machine(robot, config):
     import json
 
-    asked = question(subject(robot, Scripted(robot, robot.home)), config)
-    assert json.loads(json.dumps(asked))["poses"] == 12
-    assert len(asked["poses_checksum"]) == 64
-    assert asked["machine"]["threads"] == 1
+    key = cache_key(task(robot, Scripted(robot, robot.home)), config)
+    assert json.loads(json.dumps(key))["poses"] == 12
+    assert len(key["poses_checksum"]) == 64
+    assert key["machine"]["threads"] == 1
 
 
 def test_other_weights_or_settings_are_another_question(robot, config):
@@ -74,14 +74,14 @@ def test_other_weights_or_settings_are_another_question(robot, config):
     torch.manual_seed(0)
     solver = Scripted(robot, robot.home)
     solver.network = torch.nn.Linear(7, 2)
-    given = subject(robot, solver)
-    first = question(given, config)
-    assert question(given, config) == first
+    given = task(robot, solver)
+    first = cache_key(given, config)
+    assert cache_key(given, config) == first
     with torch.no_grad():
         solver.network.weight[0, 0] += 1e-6
-    assert question(given, config) != first
-    other = subject(robot, Scripted(robot, robot.home, found=False))
-    assert question(other, config) != question(subject(robot, Scripted(robot, robot.home)), config)
+    assert cache_key(given, config) != first
+    other = task(robot, Scripted(robot, robot.home, found=False))
+    assert cache_key(other, config) != cache_key(task(robot, Scripted(robot, robot.home)), config)
 
 
 def test_an_edited_setting_is_another_question_but_a_moved_folder_of_weights_is_not(robot):
@@ -99,7 +99,7 @@ def test_an_edited_setting_is_another_question_but_a_moved_folder_of_weights_is_
 
 
 def test_the_budget_that_was_used_is_told(robot, config):
-    given = subject(robot, baselines.load("lm", robot, iterations=50))
-    assert question(given, config)["solver_budget"] == {"time_s": None, "iterations": 50}
-    timed = question(given, replace(config, time_s=1e-3))
+    given = task(robot, baselines.load("lm", robot, iterations=50))
+    assert cache_key(given, config)["solver_budget"] == {"time_s": None, "iterations": 50}
+    timed = cache_key(given, replace(config, time_s=1e-3))
     assert timed["solver_budget"] == {"time_s": 1e-3, "iterations": None}

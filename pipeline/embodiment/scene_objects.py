@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Thing:
+class SceneObject:
     """One thing in the simulator.
 
     Attributes:
@@ -33,33 +33,33 @@ class Thing:
         return self.setup.name
 
 
-class Things:
+class SceneObjects:
     """All things of a scene."""
 
     def __init__(self, scene: Scene, config: GraspConfig, setups: Sequence[Setup]) -> None:
         """Lay them; only before the simulation runs."""
         self._scene = scene
         self.all = [
-            Thing(scene.lay(config.objects[each.name], each.place, each.yaw), each)
+            SceneObject(scene.lay(config.objects[each.name], each.place, each.yaw), each)
             for each in setups
         ]
 
-    def position(self, thing: Thing) -> Array:
+    def position(self, obj: SceneObject) -> Array:
         """Centre of a thing, base frame [m], shape (3,)."""
-        return np.array(self._scene.client.getBasePositionAndOrientation(thing.body)[0])
+        return np.array(self._scene.client.getBasePositionAndOrientation(obj.body)[0])
 
     def positions(self) -> Array:
         """Centres of all things, base frame [m], shape (N, 3)."""
         return np.array([self.position(each) for each in self.all])
 
-    def nearest(self, place: ArrayLike) -> tuple[Thing, float]:
+    def nearest(self, place: ArrayLike) -> tuple[SceneObject, float]:
         """The thing whose centre is nearest to a place, and how far it is over the table [m]."""
         there = np.asarray(place, dtype=np.float64)[:2]
         away = np.linalg.norm(self.positions()[:, :2] - there, axis=1)
         best = int(np.argmin(away))
         return self.all[best], float(away[best])
 
-    def named(self, name: str) -> Thing | None:
+    def named(self, name: str) -> SceneObject | None:
         """The first thing of a name."""
         return next((each for each in self.all if each.name == name), None)
 

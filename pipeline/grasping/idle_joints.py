@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def stiffened_urdf(robot: Robot) -> Iterator[Path]:
+def fix_idle_joints(robot: Robot) -> Iterator[Path]:
     """Write the robot's URDF once more, with every idle joint fixed where it rests.
 
     Idle is what belongs neither to the chain nor to the hand; it rests in the posture of the

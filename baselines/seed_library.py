@@ -24,7 +24,7 @@ ROTATION_SHARE = 0.5
 TAKEN = np.float32(1e30)
 
 
-class Memory(NamedTuple):
+class SeedLibrary(NamedTuple):
     """Remembered configurations of one robot; with M = 0 nothing is remembered.
 
     Attributes:
@@ -42,7 +42,7 @@ class Memory(NamedTuple):
     neighbours: int
 
 
-def remember(robot: Robot, count: int, neighbours: int, seed: int) -> Memory:
+def build_seed_library(robot: Robot, count: int, neighbours: int, seed: int) -> SeedLibrary:
     """Draw configurations uniformly and keep them with their poses.
 
     Args:
@@ -59,21 +59,21 @@ def remember(robot: Robot, count: int, neighbours: int, seed: int) -> Memory:
     features[:3] = ((poses[:, :3] - centre) / scale).T
     matrices = rotations.matrix_from_quaternion(poses[:, 3:])
     features[3:] = ROTATION_SHARE * matrices.reshape(count, 9).T
-    return Memory(joints, features, centre, scale, min(neighbours, count))
+    return SeedLibrary(joints, features, centre, scale, min(neighbours, count))
 
 
-def no_memory(dof: int) -> Memory:
+def empty_seed_library(dof: int) -> SeedLibrary:
     """Return the memory of a solver that remembers nothing."""
     nothing = np.empty((FEATURES, 0), dtype=np.float32)
-    return Memory(np.empty((0, dof)), nothing, np.zeros(3), np.ones(3), 0)
+    return SeedLibrary(np.empty((0, dof)), nothing, np.zeros(3), np.ones(3), 0)
 
 
 @njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
-def find_distances(memory, pose, goal, distances):  # type: ignore[no-untyped-def]
+def find_distances(library, pose, goal, distances):  # type: ignore[no-untyped-def]
     """Write the squared distance of every remembered pose to a target.
 
     Args:
-        memory: `Memory`.
+        library: `SeedLibrary`.
         pose: (7,) target.
         goal: (3, 3) its rotation.
         distances: (M,) float32, receives them.
@@ -81,10 +81,10 @@ def find_distances(memory, pose, goal, distances):  # type: ignore[no-untyped-de
     distances[:] = 0.0
     for k in range(FEATURES):
         if k < 3:
-            wanted = np.float32((pose[k] - memory.centre[k]) / memory.scale[k])
+            wanted = np.float32((pose[k] - library.centre[k]) / library.scale[k])
         else:
             wanted = np.float32(ROTATION_SHARE * goal[(k - 3) // 3, (k - 3) % 3])
-        row = memory.features[k]
+        row = library.features[k]
         for m in range(row.shape[0]):
             difference = row[m] - wanted
             distances[m] += difference * difference

@@ -1,4 +1,4 @@
-"""Stage contest: the best of a search against Table I, at one budget of training.
+"""Stage compare-tuned: the best of a search against Table I, at one budget of training.
 
 Run `tune` before it and `report` after it: the report states the intervals.
 """
@@ -16,7 +16,7 @@ from pipeline.data.dataset import read_split
 from pipeline.data.tables import write_table
 from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
-from pipeline.tuning.contest import BEST, contestants, run_contest
+from pipeline.tuning.comparison import BEST, load_candidates, run_comparison
 
 
 def run(config: Config) -> list[Path]:
@@ -24,19 +24,19 @@ def run(config: Config) -> list[Path]:
     robot = robot_of(config)
     folders = artifacts(config)
     best = folders.tune(robot.name) / "best.yaml"
-    if BEST in config.tune.contest.contestants:
+    if BEST in config.tune.comparison.candidates:
         command = f"python -m pipeline tune robot={robot.name} profile={config.profile}"
         best = folders.need(best, command)
-    entrants = contestants(config, best)
+    chosen = load_candidates(config, best)
     data = dataset_of(config)
     sets = read_split(data, "train", robot), read_split(data, "validation", robot)
-    path = folders.contest(robot.name)
+    path = folders.compare_tuned(robot.name)
     facts = {**provenance.made_by(), "commit": provenance.commit(), "profile": config.profile}
-    facts |= {"contest": to_dict(config.tune.contest), "seed": config.seed}
+    facts |= {"comparison": to_dict(config.tune.comparison), "seed": config.seed}
 
     def keep(rows: pd.DataFrame) -> None:
         write_table(path, rows, facts)
 
     with exclusive(path):
-        keep(run_contest(robot, config, entrants, sets, path, keep))
+        keep(run_comparison(robot, config, chosen, sets, path, keep))
     return [path]

@@ -10,12 +10,12 @@ from typing import Any
 from pipeline.data.tables import TableError, read_metadata
 
 
-def is_whole(path: Path, asked: Mapping[str, Any]) -> bool:
+def is_up_to_date(path: Path, key: Mapping[str, Any]) -> bool:
     """Say whether a table holds the rows of a question.
 
     Args:
         path: Raw rows, or nothing yet.
-        asked: What the rows would depend on, from `question` in `pipeline.evaluation.runner`.
+        key: What the rows would depend on, from `cache_key` in `pipeline.evaluation.runner`.
 
     Returns:
         False where the file is missing, damaged or answers another question.
@@ -24,5 +24,5 @@ def is_whole(path: Path, asked: Mapping[str, Any]) -> bool:
         facts = read_metadata(path)
     except TableError:
         return False
-    wanted = json.loads(json.dumps(dict(asked), default=str))
+    wanted = json.loads(json.dumps(dict(key), default=str))
     return all(key in facts and facts[key] == value for key, value in wanted.items())

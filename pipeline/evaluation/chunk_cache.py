@@ -15,18 +15,18 @@ from numpy.typing import NDArray
 from pipeline.data.tables import TableError, read_metadata, read_table, write_table
 
 
-class Parts:
+class ChunkCache:
     """A folder of finished chunks that all stem from one and the same question.
 
     Args:
         folder: Where the chunks lie; it is made when the first is put. None keeps nothing.
-        question: What the rows depend on (robot, solver, poses, configuration), as JSON. Chunks of
+        cache_key: What the rows depend on (robot, solver, poses, configuration), as JSON. Chunks of
             another question are not used.
     """
 
-    def __init__(self, folder: Path | None, question: dict[str, Any]) -> None:
+    def __init__(self, folder: Path | None, cache_key: dict[str, Any]) -> None:
         self.folder = folder
-        text = json.dumps(question, sort_keys=True, default=str)
+        text = json.dumps(cache_key, sort_keys=True, default=str)
         self.key = hashlib.sha256(text.encode()).hexdigest()
 
     def get(self, name: str) -> pd.DataFrame | None:

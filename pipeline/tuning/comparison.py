@@ -23,7 +23,7 @@ from pipeline.data.tables import read_table
 from pipeline.learning.checkpoint import Progress
 from pipeline.learning.experts import Experts
 from pipeline.learning.networks import IkNetwork, build_network, parameter_count
-from pipeline.learning.trainer import Run, Trainer
+from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.progress import LOGGER
 from pipeline.provenance import digest, machine
 from pipeline.seeding import derive_seed
@@ -40,7 +40,7 @@ Keep = Callable[[pd.DataFrame], None]
 
 
 @dataclass(frozen=True)
-class Contestant:
+class Candidate:
     """A configuration that is trained.
 
     Attributes:
@@ -54,8 +54,8 @@ class Contestant:
     model: ModelConfig
 
 
-def contestants(config: Config, best: Path) -> list[Contestant]:
-    """Return the configurations that ``tune.contest`` names.
+def load_candidates(config: Config, best: Path) -> list[Candidate]:
+    """Return the configurations that ``tune.comparison`` names.
 
     Args:
         config: The run: its own configuration is ``default``.
@@ -66,7 +66,7 @@ def contestants(config: Config, best: Path) -> list[Contestant]:
         ValueError: A name that is none of them.
     """
     made = []
-    for name in config.tune.contest.contestants:
+    for name in config.tune.comparison.candidates:
         train, model = config.train, config.model
         if name == BEST:
             found, shape = read_best(best, config)
@@ -75,44 +75,44 @@ def contestants(config: Config, best: Path) -> list[Contestant]:
             names = [f"robot={config.robot.name}", f"profile={config.profile}"]
             theirs = compose([*names, "experiment=table_one"])
             train, model = replace(theirs.train, device=config.train.device), theirs.model
-        made.append(Contestant(name, train, model))
+        made.append(Candidate(name, train, model))
     return made
 
 
-def run_contest(
+def run_comparison(
     robot: Robot,
     config: Config,
-    entrants: list[Contestant],
+    chosen: list[Candidate],
     sets: tuple[PoseSet, PoseSet],
     path: Path,
     keep: Keep,
 ) -> pd.DataFrame:
-    """Train every contestant with every seed and return one row a training.
+    """Train every candidate with every seed and return one row a training.
 
-    Contestants take turns, so that a machine that slows down slows all of them. Rows that are on
+    Candidates take turns, so that a machine that slows down slows all of them. Rows that are on
     disk already, of the same configuration and budget, are not made again.
 
     Args:
         robot: The robot.
         config: Budget, repetitions, root of the seeds.
-        entrants: Who takes part.
+        chosen: Who takes part.
         sets: Training and validation poses.
         path: Where the rows lie.
         keep: Called with all rows after each training.
     """
     kept = read_table(path) if path.exists() else pd.DataFrame({"run": pd.Series(dtype=str)})
     rows: list[dict[str, Any]] = []
-    turns = [(number, who) for number in range(config.tune.contest.repetitions) for who in entrants]
+    turns = [(number, who) for number in range(config.tune.comparison.replicates) for who in chosen]
     runs = [_run_digest(robot, config, who, number) for number, who in turns]
-    for place, (repetition, entrant) in enumerate(turns):
+    for place, (replicate, candidate) in enumerate(turns):
         run = runs[place]
         found = kept[kept.run == run].to_dict("records")
         if found:
             rows += [{str(key): value for key, value in found[0].items()}]
             continue
-        rate = next((row["poses_per_s"] for row in rows if row["name"] == entrant.name), None)
-        made = _train(robot, config, entrant, sets, repetition, rate)
-        rows.append({"robot": robot.name, "name": entrant.name, "run": run, **made})
+        rate = next((row["poses_per_s"] for row in rows if row["name"] == candidate.name), None)
+        made = _train(robot, config, candidate, sets, replicate, rate)
+        rows.append({"robot": robot.name, "name": candidate.name, "run": run, **made})
         later = kept[kept.run.isin(runs[place + 1 :])].to_dict("records")
         keep(pd.DataFrame([*rows, *later]))
     return pd.DataFrame(rows)
@@ -151,40 +151,40 @@ def spend(train: TrainConfig, poses: float, available: int) -> TrainConfig:
 def _train(
     robot: Robot,
     config: Config,
-    entrant: Contestant,
+    candidate: Candidate,
     sets: tuple[PoseSet, PoseSet],
-    repetition: int,
+    replicate: int,
     rate: float | None,
 ) -> dict[str, Any]:
-    seed = derive_seed(config.seed, "contest", robot.name, repetition)
+    seed = derive_seed(config.seed, "contest", robot.name, replicate)
     torch.manual_seed(seed)
-    network = build_network(robot, entrant.model)
+    network = build_network(robot, candidate.model)
     cost = PASSES * multiply_adds(network)
-    contest = config.tune.contest
-    if contest.currency == "seconds":
-        rate = rate or _poses_per_second(robot, entrant, sets[0])
-        budget = contest.amount * rate
+    comparison = config.tune.comparison
+    if comparison.currency == "seconds":
+        rate = rate or _poses_per_second(robot, candidate, sets[0])
+        budget = comparison.amount * rate
     else:
         rate = float("nan")
-        budget = contest.amount / (cost if contest.currency == "multiply_adds" else 1)
-    train = spend(entrant.train, budget, len(sets[0].poses))
-    label = f"{entrant.name}, seed {repetition + 1} of {contest.repetitions}"
+        budget = comparison.amount / (cost if comparison.currency == "multiply_adds" else 1)
+    train = spend(candidate.train, budget, len(sets[0].poses))
+    label = f"{candidate.name}, seed {replicate + 1} of {comparison.replicates}"
     LOGGER.info("%s: %d poses in %d passes", label, train.poses * train.epochs, train.epochs)
-    trainer = Trainer(robot, network, train, Run(seed, "", label))
+    trainer = Trainer(robot, network, train, TrainingRun(seed, "", label))
     began = time.perf_counter()
     progress = trainer.fit(sets[0].first(train.poses), sets[1])
     seconds = time.perf_counter() - began
     position, rotation = trainer.objective.errors(trainer.tensor(sets[1].poses))
     return {
-        "repetition": repetition,
+        "replicate": replicate,
         "seed": seed,
-        "model": entrant.model.name,
-        "hidden": " ".join(str(width) for width in entrant.model.hidden),
+        "model": candidate.model.name,
+        "hidden": " ".join(str(width) for width in candidate.model.hidden),
         "batch_size": train.batch_size,
         "learning_rate": train.learning_rate,
         "parameters": parameter_count(network),
-        "currency": contest.currency,
-        "amount": contest.amount,
+        "currency": comparison.currency,
+        "amount": comparison.amount,
         "poses_per_s": rate,
         "steps": progress.step,
         "poses_seen": progress.step * train.batch_size,
@@ -197,15 +197,15 @@ def _train(
     }
 
 
-def _poses_per_second(robot: Robot, entrant: Contestant, poses: PoseSet) -> float:
-    """Measure how fast a contestant trains: some steps on a network that is thrown away."""
-    network = build_network(robot, entrant.model)
-    trainer = Trainer(robot, network, entrant.train, Run(0, "", "speed"))
-    part = poses.first(min(len(poses.poses), 20 * entrant.train.batch_size))
+def _poses_per_second(robot: Robot, candidate: Candidate, poses: PoseSet) -> float:
+    """Measure how fast a candidate trains: some steps on a network that is thrown away."""
+    network = build_network(robot, candidate.model)
+    trainer = Trainer(robot, network, candidate.train, TrainingRun(0, "", "speed"))
+    part = poses.first(min(len(poses.poses), 20 * candidate.train.batch_size))
     data, joints = trainer.tensor(part.poses), trainer.tensor(part.joints)
     if isinstance(network, IkNetwork):
         network.prepare(data)
-    progress, size = Progress(), entrant.train.batch_size
+    progress, size = Progress(), candidate.train.batch_size
     began, steps = time.perf_counter(), -WARM_UP_STEPS
     while steps < TIMED_STEPS or time.perf_counter() - began < TIMED_S:
         if steps == 0:
@@ -224,10 +224,10 @@ def _wait_for(device: torch.device) -> None:
         torch.cuda.synchronize(device)
 
 
-def _run_digest(robot: Robot, config: Config, entrant: Contestant, repetition: int) -> str:
+def _run_digest(robot: Robot, config: Config, candidate: Candidate, replicate: int) -> str:
     """Name a training; seconds are those of this machine."""
-    contest = config.tune.contest
-    budget = [contest.currency, contest.amount, config.seed, repetition]
-    place = machine() if contest.currency == "seconds" else {}
+    comparison = config.tune.comparison
+    budget = [comparison.currency, comparison.amount, config.seed, replicate]
+    place = machine() if comparison.currency == "seconds" else {}
     data = [config.dataset.train, config.dataset.validation, robot.urdf_checksum, place]
-    return digest([to_dict(entrant.train), to_dict(entrant.model), budget, data])
+    return digest([to_dict(candidate.train), to_dict(candidate.model), budget, data])

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.embodiment.senses import Told, View
-from pipeline.embodiment.things import Things
+from pipeline.embodiment.perception import GroundTruthPerception, View
+from pipeline.embodiment.scene_objects import SceneObjects
 from pipeline.grasping.scene import Scene
 from pipeline.perception.detection import Sighting
 
 
-class Faulty(Told):
+class Faulty(GroundTruthPerception):
     """Perfect senses with faults by name: missing, as:NAME, or metres to the left."""
 
     def __init__(self, faults: dict[str, str | float]) -> None:
@@ -20,9 +20,9 @@ class Faulty(Told):
         self.faults = faults
         self.looks = 0
 
-    def look(self, scene: Scene, things: Things) -> View:
+    def look(self, scene: Scene, objects: SceneObjects) -> View:
         self.looks += 1
-        view = super().look(scene, things)
+        view = super().look(scene, objects)
         return replace(view, sightings=[s for each in view.sightings for s in self._seen(each)])
 
     def _seen(self, each: Sighting) -> list[Sighting]:

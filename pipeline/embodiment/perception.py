@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.agent import Seen, seen_at
-from pipeline.embodiment.things import Things, centre_heights
+from pipeline.embodiment.scene_objects import SceneObjects, centre_heights
 from pipeline.grasping.config import GraspConfig, SceneConfig
 from pipeline.grasping.scene import Scene
 from pipeline.perception.camera import EyeCamera
@@ -47,38 +47,38 @@ class View:
         ]
 
 
-class Senses(Protocol):
+class Perception(Protocol):
     """Where the robot's knowledge of its table comes from."""
 
-    def look(self, scene: Scene, things: Things) -> View:
+    def look(self, scene: Scene, objects: SceneObjects) -> View:
         """Look at the table.
 
         Args:
             scene: The simulated world.
-            things: What lies in it, which only a perfect sense may use.
+            objects: What lies in it, which only a perfect sense may use.
         """
         ...
 
 
-class Told:
+class GroundTruthPerception:
     """Perfect localisation: the simulator tells what lies where on the table."""
 
     def __init__(self, margin: float = 0.0) -> None:
         """Take how far around a bin what lies there counts as in it [m]."""
         self._margin = margin
 
-    def look(self, scene: Scene, things: Things) -> View:
-        """Return every thing that lies on the table, see `Senses.look`."""
+    def look(self, scene: Scene, objects: SceneObjects) -> View:
+        """Return every thing that lies on the table, see `Perception.look`."""
         sightings = []
-        for each in things.all:
-            position = things.position(each)
+        for each in objects.all:
+            position = objects.position(each)
             detection = Detection(each.name, 1.0, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0))
             if position[2] > scene.config.table.height:
                 sightings.append(Sighting(detection, position))
         return View(None, outside_bins(sightings, scene.config, self._margin))
 
 
-class Eyes:
+class CameraPerception:
     """The camera in the robot's head and a detector."""
 
     def __init__(
@@ -95,16 +95,16 @@ class Eyes:
         self.camera, self.detector = camera, detector
         self._heights, self._margin = heights, margin
 
-    def look(self, scene: Scene, things: Things) -> View:
-        """Take a picture and find the things in it, see `Senses.look`; `things` is not used."""
+    def look(self, scene: Scene, objects: SceneObjects) -> View:
+        """Take a picture and find objects in it, see `Perception.look`; `objects` is not used."""
         image = self.camera.picture(scene.client)
         sightings = see(image, self.detector, self.camera, self._heights)
         return View(image, outside_bins(sightings, scene.config, self._margin))
 
 
-def make_senses(
+def make_perception(
     perception: PerceptionConfig, grasp: GraspConfig, robot: Robot, detector: Detector | None
-) -> Senses:
+) -> Perception:
     """Give a robot the senses that a configuration names.
 
     Args:
@@ -118,9 +118,11 @@ def make_senses(
     """
     margin = grasp.protocol.bin_margin
     if detector is None:
-        return Told(margin)
+        return GroundTruthPerception(margin)
     camera = EyeCamera(robot, perception.eye, perception.perturbation)
-    return Eyes(camera, detector, centre_heights(grasp, grasp.scenes[robot.name]), margin)
+    return CameraPerception(
+        camera, detector, centre_heights(grasp, grasp.scenes[robot.name]), margin
+    )
 
 
 def outside_bins(

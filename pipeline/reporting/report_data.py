@@ -10,7 +10,7 @@ import pandas as pd
 
 from pipeline.reporting.comparison import compare_solvers
 from pipeline.reporting.config import ReportConfig
-from pipeline.reporting.losses import contests, losses_table
+from pipeline.reporting.losses import compare_losses, losses_table
 from pipeline.reporting.naming import ordered_robots
 from pipeline.reporting.published import Published
 from pipeline.reporting.results import Results, read_results
@@ -31,7 +31,7 @@ from pipeline.reporting.tables_tuning import studies, tuned_against_table_one
 
 
 @dataclass(frozen=True)
-class Material:
+class ReportData:
     """What tables and figures are made of.
 
     Attributes:
@@ -51,9 +51,9 @@ class Material:
     config: ReportConfig
 
 
-def gather(
+def load(
     results_dir: Path, published: Published, config: ReportConfig, profile: str = ""
-) -> Material:
+) -> ReportData:
     """Read the results and summarise their raw rows, one file at a time."""
     results = read_results(results_dir, profile)
     lines = [summarise(rows, config) for rows in results.evaluate.values()]
@@ -63,33 +63,35 @@ def gather(
         mine = [results.evaluate[robot, solver] for solver in results.solvers(robot)]
         if len(mine) > 1:
             pairs.append(compare_solvers(pd.concat(mine, ignore_index=True), config))
-    return Material(results, published, summary, _joined(pairs), _effects(results, config), config)
+    return ReportData(
+        results, published, summary, _joined(pairs), _effects(results, config), config
+    )
 
 
-def make_tables(material: Material) -> list[Table]:
+def make_tables(data: ReportData) -> list[Table]:
     """Make every table that has rows, in the order of the report."""
-    results, published, summary = material.results, material.published, material.summary
+    results, published, summary = data.results, data.published, data.summary
     made = [
         numerical_comparison(summary, published),
         neural_comparison(summary, published),
-        precision(summary, material.config),
+        precision(summary, data.config),
         timing(summary),
-        neural_seeds(material.effects, material.config),
-        comparisons(material.pairs, material.config),
+        neural_seeds(data.effects, data.config),
+        comparisons(data.pairs, data.config),
         hyperparameters(results, published),
         studies(results),
         tuned_against_table_one(results),
         datasets(results),
         training(results),
-        losses_table(contests(results.swept)),
+        losses_table(compare_losses(results.swept)),
         constraints(results),
         solutions(results),
         planner(results, published),
         planner_routes(results),
-        grasping(results, published, material.config),
-        grasp_objects(results, material.config),
-        grasp_studies(results, material.config),
-        agent_grasping(results, published, material.config),
+        grasping(results, published, data.config),
+        grasp_objects(results, data.config),
+        grasp_studies(results, data.config),
+        agent_grasping(results, published, data.config),
         agent_sight(results),
         agent_failures(results),
         detectors(results),

@@ -1,4 +1,4 @@
-"""The contest: what a training costs, equal budgets, rows that are kept, and the verdict."""
+"""The comparison: what a training costs, equal budgets, rows that are kept, and the verdict."""
 
 from __future__ import annotations
 
@@ -18,7 +18,13 @@ from pipeline.errors import PipelineError
 from pipeline.learning.networks import build_network
 from pipeline.reporting.results import read_results
 from pipeline.reporting.tables_tuning import tuned_against_table_one, welch
-from pipeline.tuning.contest import Contestant, contestants, multiply_adds, run_contest, spend
+from pipeline.tuning.comparison import (
+    Candidate,
+    load_candidates,
+    multiply_adds,
+    run_comparison,
+    spend,
+)
 from robots import load_robot
 
 SMOKE = ["profile=smoke", "robot=nico", "train.kinematics=pytorch_kinematics"]
@@ -45,12 +51,12 @@ def test_a_schedule_spends_its_budget(poses: float, available: float) -> None:
 
 
 def test_trainings_see_the_same_poses_differ_by_seed_and_are_kept(tmp_path: Path) -> None:
-    overrides = ["tune.contest.currency=poses", "tune.contest.amount=400"]
-    config = compose([*SMOKE, *overrides, "tune.contest.repetitions=2"])
+    overrides = ["tune.comparison.currency=poses", "tune.comparison.amount=400"]
+    config = compose([*SMOKE, *overrides, "tune.comparison.replicates=2"])
     wide = replace(config.model, hidden=[96, 96])
-    entrants = [
-        Contestant("best", config.train, config.model),
-        Contestant("table_one", replace(config.train, batch_size=50), wide),
+    chosen = [
+        Candidate("best", config.train, config.model),
+        Candidate("table_one", replace(config.train, batch_size=50), wide),
     ]
     robot = load_robot("nico")
     joints = np.random.default_rng(0).uniform(robot.lower, robot.upper, (300, robot.dof))
@@ -61,29 +67,29 @@ def test_trainings_see_the_same_poses_differ_by_seed_and_are_kept(tmp_path: Path
         written.append(len(rows))
         write_table(path, rows, {})
 
-    rows = run_contest(robot, config, entrants, (poses, poses.first(60)), path, keep)
+    rows = run_comparison(robot, config, chosen, (poses, poses.first(60)), path, keep)
     assert rows["name"].tolist() == ["best", "table_one"] * 2  # in turns
     assert (rows.poses_seen == 400).all()
     assert rows.multiply_adds[1] > rows.multiply_adds[0]
     assert rows.position_error_mm.nunique() == 4
     assert written == [1, 2, 3, 4]
-    again = run_contest(robot, config, entrants, (poses, poses.first(60)), path, keep)
+    again = run_comparison(robot, config, chosen, (poses, poses.first(60)), path, keep)
     assert written == [1, 2, 3, 4]
     pd.testing.assert_frame_equal(again, rows)
 
 
 def test_the_best_of_a_search_for_another_kind_of_model_is_refused(tmp_path: Path) -> None:
-    config = compose([*SMOKE, "tune.contest.contestants=[best,default,table_one]"])
+    config = compose([*SMOKE, "tune.comparison.candidates=[best,default,table_one]"])
     best = tmp_path / "best.yaml"
     write_text(best, "train: {learning_rate: 0.02}\nmodel: {hidden: [96]}\nof: {kind: mlp}\n")
-    found, plain, paper = contestants(config, best)
+    found, plain, paper = load_candidates(config, best)
     assert (found.train.learning_rate, found.model.hidden) == (0.02, [96])
     assert (plain.train, plain.model) == (config.train, config.model)
     assert paper.model.hidden == config.robot.table_one.hidden
     assert paper.train.learning_rate == config.robot.table_one.learning_rate
     write_text(best, "train: {}\nmodel: {}\nof: {kind: experts, model: compact}\n")
     with pytest.raises(PipelineError, match="set model=compact"):
-        contestants(config, best)
+        load_candidates(config, best)
 
 
 def test_welchs_interval_is_the_one_of_the_book() -> None:
@@ -119,7 +125,7 @@ def test_the_report_says_who_beats_table_one_and_who_is_not_shown_to(tmp_path: P
         )
         for wobble in (-0.3, 0.0, 0.3)
     ]
-    write_table(tmp_path / "contest" / "nico" / "trainings.parquet", pd.DataFrame(rows), {})
+    write_table(tmp_path / "compare_tuned" / "nico" / "trainings.parquet", pd.DataFrame(rows), {})
     table = tuned_against_table_one(read_results(tmp_path))
     shown = [dict(zip((c.name for c in table.columns), row, strict=True)) for row in table.shown()]
     assert [row["verdict"] for row in shown] == [

@@ -28,7 +28,9 @@ STRIDE = 4  # waypoints between two that are looked at for collisions
 LEVER_M = 0.3  # m of detour that a turn of 1 rad away from the path is worth
 
 
-def ways(robot: Robot, asked: Array, ends: Ends, options: LmOptions) -> Iterator[Array]:
+def joint_space_candidates(
+    robot: Robot, requested: Array, ends: Ends, options: LmOptions
+) -> Iterator[Array]:
     """Yield ways inside the joint limits from solutions of a path's start to such of its target.
 
     First come straight ways in the joints and ways that bend over the middle of the joints' ranges,
@@ -37,29 +39,31 @@ def ways(robot: Robot, asked: Array, ends: Ends, options: LmOptions) -> Iterator
 
     Args:
         robot: The robot.
-        asked: Waypoints of the path, base frame [m, unit quaternion], shape (S, 7).
+        requested: Waypoints of the path, base frame [m, unit quaternion], shape (S, 7).
         ends: Joints that the path has to start and end with.
         options: Tolerances and damping.
 
     Yields:
         Joints [rad or m], shape (S, dof); none where an end is out of reach.
     """
-    starts = _solutions(robot, asked[0], ends.first, options)
-    goals = _solutions(robot, asked[-1], ends.last, options)
+    starts = _solutions(robot, requested[0], ends.first, options)
+    goals = _solutions(robot, requested[-1], ends.last, options)
     if len(starts) == 0 or len(goals) == 0:
         return
-    k = path_parameter(len(asked))[:, None]
+    k = path_parameter(len(requested))[:, None]
     pairs = _nearest_pairs(starts, goals)
     straight = np.stack([(1.0 - k) * starts[a] + k * goals[b] for a, b in pairs])
     bent = _bent(straight, 0.5 * (robot.lower + robot.upper)[None])
     colliding: list[tuple[int, Array]] = []
-    yield from _free(robot, asked, np.concatenate([straight, bent]), colliding)
+    yield from _free(robot, requested, np.concatenate([straight, bent]), colliding)
     over = robot.sample(OVER, seed=OVER_SEED)
-    for way in straight[:NEAREST, None]:
-        yield from _free(robot, asked, _bent(way, over), colliding)
-    for way in straight[:: -(-len(straight) // NEAREST), None]:
-        yield from _free(robot, asked, _bent_twice(way, over, np.roll(over, 1, axis=0)), colliding)
-    yield from (way for _, way in sorted(colliding, key=lambda pair: pair[0]))
+    for candidate in straight[:NEAREST, None]:
+        yield from _free(robot, requested, _bent(candidate, over), colliding)
+    for candidate in straight[:: -(-len(straight) // NEAREST), None]:
+        yield from _free(
+            robot, requested, _bent_twice(candidate, over, np.roll(over, 1, axis=0)), colliding
+        )
+    yield from (candidate for _, candidate in sorted(colliding, key=lambda pair: pair[0]))
 
 
 def _bent(straight: Array, over: Array) -> Array:
@@ -101,7 +105,7 @@ def _nearest_pairs(starts: Array, goals: Array) -> list[tuple[int, int]]:
 
 
 def _free(
-    robot: Robot, asked: Array, candidates: Array, colliding: list[tuple[int, Array]]
+    robot: Robot, requested: Array, candidates: Array, colliding: list[tuple[int, Array]]
 ) -> Iterator[Array]:
     """Yield ways (W, S, dof) that are free of collisions, nearest to the path first.
 
@@ -109,15 +113,15 @@ def _free(
     """
     count, steps, dof = candidates.shape
     tips = robot.forward_kinematics(candidates.reshape(-1, dof)).reshape(count, steps, 7)
-    away = np.linalg.norm(tips[..., :3] - asked[:, :3], axis=2).mean(axis=1)
-    turned = rotation_angle(tips[..., 3:], asked[None, :, 3:]).mean(axis=1)
+    away = np.linalg.norm(tips[..., :3] - requested[:, :3], axis=2).mean(axis=1)
+    turned = rotation_angle(tips[..., 3:], requested[None, :, 3:]).mean(axis=1)
     looked = np.ascontiguousarray(candidates[:, ::STRIDE].reshape(-1, dof))
     hits = robot.in_collision(looked).reshape(count, -1).sum(axis=1)
-    for way in np.argsort(away + LEVER_M * turned, kind="stable"):
+    for candidate in np.argsort(away + LEVER_M * turned, kind="stable"):
         # Few waypoints say that a way collides, only all of them that it is free.
-        if hits[way] == 0:
-            hits[way] = robot.in_collision(candidates[way]).sum()
-        if hits[way] == 0:
-            yield candidates[way]
+        if hits[candidate] == 0:
+            hits[candidate] = robot.in_collision(candidates[candidate]).sum()
+        if hits[candidate] == 0:
+            yield candidates[candidate]
         else:
-            colliding.append((int(hits[way]), candidates[way]))
+            colliding.append((int(hits[candidate]), candidates[candidate]))
