@@ -33,7 +33,11 @@ class Batches:
         """Return the indices (size,) of a step."""
         epoch, place = divmod(step, self.per_epoch)
         if epoch != self._epoch:
-            generator = torch.Generator().manual_seed(derive_seed(self.seed, "epoch", epoch))
-            self._order = torch.randperm(self.count, generator=generator).to(self.device)
+            self._order = self.epoch(epoch).to(self.device)
             self._epoch = epoch
         return self._order[place * self.size : (place + 1) * self.size]
+
+    def epoch(self, number: int) -> Tensor:
+        """Return the order (count,) in which an epoch goes through the set, on the CPU."""
+        generator = torch.Generator().manual_seed(derive_seed(self.seed, "epoch", number))
+        return torch.randperm(self.count, generator=generator)

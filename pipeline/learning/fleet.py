@@ -1,0 +1,281 @@
+"""Several trainings side by side on one accelerator, each a CUDA graph of a few steps.
+
+The networks of Table I are trained in batches of 100 to 300 poses, which fill a small part of a
+GPU: a step is a chain of some hundred kernels that wait for each other. Trainings of other robots,
+seeds and settings run in between, each on a stream of its own. What a run computes does not depend
+on what runs beside it: batches, learning rates and first weights are those of
+`pipeline.learning.trainer` with the same seed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import nullcontext
+from dataclasses import dataclass, field
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from pipeline.learning.batches import Batches
+from pipeline.learning.fused import FusedCycleLoss
+from pipeline.learning.losses import position_error_mm, rotation_error_deg
+from pipeline.learning.networks import IkNetwork, build_network
+from pipeline.learning.precision import HIGHEST, MEDIUM, matmul_precision
+from pipeline.learning.rotation import quaternion_from_matrix
+from pipeline.settings import ModelConfig, TrainConfig
+from robots import Robot
+
+WARM_UPS = 3  # PyTorch's advice: libraries ask for memory in their first calls, which no graph may
+AHEAD = 2  # replays that wait in a stream: the device never idles, the host is never far ahead
+CHUNK = 20_000  # poses a forward pass outside training
+
+
+@dataclass(frozen=True)
+class FleetJob:
+    """One training.
+
+    Attributes:
+        label: Names it in results.
+        robot: Gives limits and kinematics.
+        model: Of a network with one head.
+        train: Loss, batch, rate, epochs.
+        seed: Of first weights and of the order of batches.
+        poses: (N, 7) float32, on the device.
+        held_out: (V, 7) float32, on the device.
+        steps: Steps after which it ends, 0 for the whole schedule.
+        validations: Times that the held-out poses are evaluated.
+    """
+
+    label: str
+    robot: Robot
+    model: ModelConfig
+    train: TrainConfig
+    seed: int
+    poses: Tensor
+    held_out: Tensor
+    steps: int = 0
+    validations: int = 10
+
+
+@dataclass
+class FleetRun:
+    """A training under way.
+
+    Args:
+        job: What is trained.
+        network: With its first weights, on the CPU.
+        device: Where it is trained; a graph is captured on a CUDA device only.
+        unroll: Steps in a graph.
+
+    Attributes:
+        step: Steps handed to the device so far.
+        curve: (step, position [mm], rotation [deg]) of validations, as tensors until `finish`.
+    """
+
+    job: FleetJob
+    network: IkNetwork
+    device: torch.device
+    unroll: int = 8
+    step: int = 0
+    curve: list[tuple[int, Tensor, Tensor]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Lay out what the graph reads, and capture it."""
+        job, train, size = self.job, self.job.train, self.job.train.batch_size
+        if train.negate_input or train.constraints:
+            raise ValueError("a fleet trains without negate_input and without constraints")
+        self.started = time.perf_counter()
+        self.stream = torch.cuda.Stream() if self.device.type == "cuda" else None
+        self.network = self.network.to(self.device)
+        self.loss = FusedCycleLoss(job.robot.chain, train, self.device)
+        self.optimizer: Any = torch.optim.AdamW(
+            self.network.parameters(),
+            lr=train.learning_rate,
+            weight_decay=train.weight_decay,
+            fused=True,
+            capturable=self.stream is not None,
+        )
+        per_epoch = len(job.poses) // size
+        self.total = per_epoch * train.epochs
+        self.last = min(job.steps or self.total, self.total)
+        self._batches = Batches(len(job.poses), size, job.seed)
+        self._order = self._epoch(0)
+        steps = torch.arange(self.total + self.unroll, dtype=torch.float64)
+        warm = ((steps + 1) / (train.warm_up_steps + 1)).clamp(max=1.0)
+        rates = train.learning_rate * warm * (1 - steps / self.total).clamp(min=0.0)
+        self._rates = rates.float().to(self.device)
+        self._enabled = (steps < self.last).float().to(self.device)
+        self._batch = torch.zeros(self.unroll, size, dtype=torch.int32, device=self.device)
+        self._rate, self._enable = torch.zeros(2, self.unroll, device=self.device)
+        self.sums = torch.zeros(3, dtype=torch.float64, device=self.device)
+        self.marks = {
+            max(1, round(self.last * (index + 1) / job.validations))
+            for index in range(job.validations)
+        }
+        self._events: list[torch.cuda.Event] = []
+        self._graph = self._captured() if self.stream is not None else None
+
+    @property
+    def done(self) -> bool:
+        """Whether all steps were handed to the device."""
+        return self.step >= self.last
+
+    @property
+    def ready(self) -> bool:
+        """Whether the device has few enough replays of this run left to do."""
+        self._events = [event for event in self._events if not event.query()]
+        return len(self._events) < AHEAD
+
+    def advance(self) -> None:
+        """Hand the next steps to the device."""
+        with torch.cuda.stream(self.stream) if self.stream is not None else nullcontext():
+            self._feed()
+            if self._graph is not None:
+                self._graph.replay()
+                event = torch.cuda.Event()
+                event.record()
+                self._events.append(event)
+            else:
+                self._body()
+            before, self.step = self.step, min(self.step + self.unroll, self.last)
+            if any(before < mark <= self.step for mark in self.marks):
+                self.curve.append((self.step, *(e.mean() for e in self.errors(self.job.held_out))))
+
+    def finish(self) -> list[dict[str, float]]:
+        """Wait for the device and return the curve in mm and deg."""
+        if self.stream is not None:
+            self.stream.synchronize()
+        return [
+            {"step": step, "position_error_mm": float(p), "rotation_error_deg": float(r)}
+            for step, p, r in self.curve
+        ]
+
+    @torch.no_grad()
+    def answers(self, poses: Tensor) -> Tensor:
+        """Joints (N, dof) for poses (N, 7), float32 products."""
+        with matmul_precision(HIGHEST):
+            return torch.cat([self.network(part)[:, 0] for part in poses.split(CHUNK)])
+
+    @torch.no_grad()
+    def errors(self, poses: Tensor) -> tuple[Tensor, Tensor]:
+        """Euclidean and geodesic errors (N,) in mm and deg of answers to poses (N, 7)."""
+        with matmul_precision(HIGHEST):
+            _, tip = self.loss.frames(self.answers(poses))
+        turned = quaternion_from_matrix(tip[:, :3, :3].contiguous())
+        return position_error_mm(tip[:, :3, 3], poses[:, :3]), rotation_error_deg(
+            turned, poses[:, 3:]
+        )
+
+    def _epoch(self, number: int) -> Tensor:
+        size, count = self.job.train.batch_size, self._batches.per_epoch
+        order = self._batches.epoch(number)[: count * size].view(count, size)
+        return order.to(torch.int32).to(self.device)
+
+    def _feed(self) -> None:
+        """Copy indices, rates and switches of the next steps to where the graph reads them."""
+        count, first = self._batches.per_epoch, self.step
+        filled = 0
+        while filled < self.unroll:
+            epoch, place = divmod(first + filled, count)
+            if place == 0 and first + filled > 0 and first + filled < self.total:
+                self._order = self._epoch(epoch)
+            take = min(self.unroll - filled, count - place)
+            self._batch[filled : filled + take].copy_(self._order[place : place + take])
+            filled += take
+        self._rate.copy_(self._rates[first : first + self.unroll])
+        self._enable.copy_(self._enabled[first : first + self.unroll])
+
+    def _body(self) -> None:
+        train, optimizer = self.job.train, self.optimizer
+        backward = MEDIUM if train.precision == "bfloat16_backward" else HIGHEST
+        parameters = list(self.network.parameters())
+        for index in range(self.unroll):
+            poses = self.job.poses.index_select(0, self._batch[index])
+            with matmul_precision(HIGHEST):
+                loss = self.loss(self.network(poses)[:, 0], poses)
+            optimizer.zero_grad(set_to_none=True)
+            with matmul_precision(backward):
+                loss.backward()
+            gradients = [p.grad for p in parameters if p.grad is not None]
+            norm = torch.nn.utils.get_total_norm(gradients)
+            finite = torch.isfinite(norm).float() * self._enable[index]
+            optimizer.grad_scale = (norm / train.gradient_clip).clamp(min=1.0)
+            optimizer.found_inf = 1.0 - finite
+            for group in optimizer.param_groups:
+                group["lr"] = self._rate[index]
+            optimizer.step()
+            learned = torch.where(finite > 0, loss.detach(), 0.0)
+            self.sums += torch.stack((learned, finite, self._enable[index] - finite))
+
+    def _captured(self) -> torch.cuda.CUDAGraph:
+        graph = torch.cuda.CUDAGraph()
+        torch.cuda.synchronize()
+        assert self.stream is not None
+        with torch.cuda.stream(self.stream):
+            unroll, self.unroll = self.unroll, 1
+            for _ in range(WARM_UPS):  # with every switch off: nothing is learned
+                self._body()
+            self.unroll = unroll
+            self.sums.zero_()
+        self.stream.synchronize()
+        self.optimizer.zero_grad(set_to_none=True)
+        with torch.cuda.graph(graph, stream=self.stream, capture_error_mode="thread_local"):
+            self._body()
+        return graph
+
+
+def build(job: FleetJob) -> IkNetwork:
+    """Return the network of a job with the first weights that its seed stands for."""
+    torch.manual_seed(job.seed)
+    return build_network(job.robot, job.model)
+
+
+def run_fleet(
+    jobs: Iterable[FleetJob],
+    device: torch.device,
+    beside: int,
+    deadline: float,
+    finished: Callable[[FleetRun], None],
+) -> list[str]:
+    """Train jobs, so many at a time, and return the labels of those that time did not allow.
+
+    Args:
+        jobs: In the order of their importance; may be a generator that waits for results.
+        device: Where.
+        beside: Runs at a time.
+        deadline: `time.perf_counter` at which what is unfinished is dropped.
+        finished: Called with each finished run; its network may be read.
+    """
+    waiting: Iterator[FleetJob] = iter(jobs)
+    active: list[FleetRun] = []
+    dropped: list[str] = []
+    exhausted = False
+    while True:
+        while not exhausted and len(active) < beside and time.perf_counter() < deadline:
+            job = next(waiting, None)
+            if job is None:
+                exhausted = True
+                break
+            active.append(FleetRun(job, build(job), device))
+        if not active:
+            break
+        if time.perf_counter() >= deadline:
+            dropped += [run.job.label for run in active]
+            break
+        moved = False
+        for run in list(active):
+            if run.done:
+                if not run.ready or run._events:
+                    continue
+                active.remove(run)
+                finished(run)
+                moved = True
+            elif run.ready:
+                run.advance()
+                moved = True
+        if not moved:
+            time.sleep(1e-4)
+    dropped += [job.label for job in waiting] if not exhausted else []
+    return dropped
