@@ -59,8 +59,9 @@ def errors(
     """Success (N,) at 1 mm / 1 deg, and by the paper's means over axes of |x| and |zyx Euler|."""
     reached = robot.forward_kinematics(joints)
     delta = reached[:, :3] - poses[:, :3]
-    turn = Rotation.from_quat(poses[:, 3:], scalar_first=True).inv() * Rotation.from_quat(
-        reached[:, 3:], scalar_first=True
+    turn = (
+        Rotation.from_quat(poses[:, 3:], scalar_first=True)
+        * Rotation.from_quat(reached[:, 3:], scalar_first=True).inv()
     )
     precise = (np.linalg.norm(delta, axis=1) < 1e-3) & (np.degrees(turn.magnitude()) < 1.0)
     euler = np.abs(turn.as_euler("zyx", degrees=True)).mean(axis=1)

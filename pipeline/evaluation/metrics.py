@@ -2,8 +2,10 @@
 
 *geodesic*: Euclidean distance of the tips and the angle of ``R_target^T R``. *paper*: as the
 authors' released evaluation, the mean of |dx|, |dy|, |dz| and of the absolute values of the three
-Euler angles (z, then y, then x) of ``R_target^T R``; for errors without a preferred direction
-about half of the geodesic family.
+Euler angles of ``R_target R^T``, the error in axes of the base, about fixed axes, z, then y, then x
+(SciPy's ``as_euler("zyx")``); for errors without a preferred direction about half of the geodesic
+family. The angle of both products is the same, their Euler angles are not: where errors are large
+the mean differs.
 """
 
 from __future__ import annotations
@@ -105,7 +107,7 @@ def within(
 
 
 def _mean_euler_angle(target: Array, reached: Array) -> Array:
-    difference = quaternion_multiply(quaternion_conjugate(target), reached)
+    difference = quaternion_multiply(target, quaternion_conjugate(reached))
     return np.asarray(np.abs(euler_zyx(matrix_from_quaternion(difference))).mean(axis=-1))
 
 

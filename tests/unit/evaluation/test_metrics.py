@@ -36,19 +36,39 @@ def test_quarter_turn_about_one_axis():
     assert errors.paper_rotation_deg == pytest.approx([30.0])
 
 
-def test_rotation_error_is_relative_to_the_target():
+def test_rotation_error_is_in_axes_of_the_base():
     turned = Rotation.from_euler("xyz", [40, -30, 120], degrees=True)
     offset = Rotation.from_euler("zyx", [6, 9, 12], degrees=True)
-    target, reached = (r.as_quat()[[3, 0, 1, 2]] for r in (turned, turned * offset))
+    target, reached = (r.as_quat()[[3, 0, 1, 2]] for r in (offset * turned, turned))
     errors = pose_errors(pose([0, 0, 0], target), pose([0, 0, 0], reached))
     assert errors.paper_rotation_deg == pytest.approx([9.0])
+    # In axes of the target the same two poses give other angles.
+    other = np.abs((turned.inv() * offset * turned).as_euler("zyx", degrees=True)).mean()
+    assert abs(other - 9.0) > 0.05
+
+
+@pytest.mark.parametrize("size_deg", [1e-3, 1.0, 20.0, 120.0])
+def test_both_products_are_told_apart(size_deg):
+    generator = np.random.default_rng(8)
+    target = Rotation.random(400, random_state=8)
+    axes = generator.normal(size=(400, 3))
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    reached = Rotation.from_rotvec(np.deg2rad(size_deg) * axes) * target
+    both = [
+        np.hstack([np.zeros((400, 3)), r.as_quat()[:, [3, 0, 1, 2]]]) for r in (target, reached)
+    ]
+    errors = pose_errors(*both)
+    of_base = np.abs((target * reached.inv()).as_euler("zyx", degrees=True)).mean(axis=1)
+    of_target = np.abs((target.inv() * reached).as_euler("zyx", degrees=True)).mean(axis=1)
+    np.testing.assert_allclose(errors.paper_rotation_deg, of_base, rtol=1e-6, atol=1e-9)
+    assert np.abs(of_base - of_target).max() > 0.05 * size_deg
 
 
 def test_agrees_with_scipy():
     target, reached = random_poses(500, 1), random_poses(500, 2)
     errors = pose_errors(target, reached)
     a, b = (Rotation.from_quat(p[:, [4, 5, 6, 3]]) for p in (target, reached))
-    difference = a.inv() * b
+    difference = a * b.inv()
     euler = np.abs(difference.as_euler("zyx", degrees=True)).mean(axis=1)
     np.testing.assert_allclose(errors.rotation_deg, np.rad2deg(difference.magnitude()), atol=1e-9)
     np.testing.assert_allclose(errors.paper_rotation_deg, euler, atol=1e-7)
