@@ -9,8 +9,11 @@ on what runs beside it: batches, learning rates and first weights are those of
 
 from __future__ import annotations
 
+import gc
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import Any
@@ -28,7 +31,9 @@ from pipeline.settings import ModelConfig, TrainConfig
 from robots import Robot
 
 WARM_UPS = 3  # PyTorch's advice: libraries ask for memory in their first calls, which no graph may
-AHEAD = 2  # replays that wait in a stream: the device never idles, the host is never far ahead
+AHEAD = 4  # replays that wait in a stream: the device never idles, the host is never far ahead
+END = ""  # of the jobs
+LOOK_AHEAD = 4  # jobs whose weights are drawn early
 CHUNK = 20_000  # poses a forward pass outside training
 
 
@@ -87,7 +92,9 @@ class FleetRun:
         if train.negate_input or train.constraints:
             raise ValueError("a fleet trains without negate_input and without constraints")
         self.started = time.perf_counter()
-        self.stream = torch.cuda.Stream() if self.device.type == "cuda" else None
+        on_cuda = self.device.type == "cuda"
+        self.stream = torch.cuda.Stream() if on_cuda else None
+        self._copies = torch.cuda.Stream() if on_cuda else None
         self.network = self.network.to(self.device)
         self.loss = FusedCycleLoss(job.robot.chain, train, self.device)
         self.optimizer: Any = torch.optim.AdamW(
@@ -127,6 +134,11 @@ class FleetRun:
         """Whether the device has few enough replays of this run left to do."""
         self._events = [event for event in self._events if not event.query()]
         return len(self._events) < AHEAD
+
+    @property
+    def idle(self) -> bool:
+        """Whether the device has done all that it was handed."""
+        return self.ready and not self._events
 
     def advance(self) -> None:
         """Hand the next steps to the device."""
@@ -170,8 +182,15 @@ class FleetRun:
 
     def _epoch(self, number: int) -> Tensor:
         size, count = self.job.train.batch_size, self._batches.per_epoch
-        order = self._batches.epoch(number)[: count * size].view(count, size)
-        return order.to(torch.int32).to(self.device)
+        order = self._batches.epoch(number)[: count * size].view(count, size).to(torch.int32)
+        if self.stream is None:
+            return order
+        # On a stream of its own the copy does not wait for the replays that are queued.
+        with torch.cuda.stream(self._copies):
+            moved = order.to(self.device)
+        self.stream.wait_stream(self._copies)
+        moved.record_stream(self.stream)
+        return moved
 
     def _feed(self) -> None:
         """Copy indices, rates and switches of the next steps to where the graph reads them."""
@@ -211,6 +230,7 @@ class FleetRun:
 
     def _captured(self) -> torch.cuda.CUDAGraph:
         graph = torch.cuda.CUDAGraph()
+        gc.collect()  # the end of an older graph in the middle of a capture makes it fail
         torch.cuda.synchronize()
         assert self.stream is not None
         with torch.cuda.stream(self.stream):
@@ -233,7 +253,7 @@ def build(job: FleetJob) -> IkNetwork:
 
 
 def run_fleet(
-    jobs: Iterable[FleetJob],
+    jobs: Iterable[FleetJob | None],
     device: torch.device,
     beside: int,
     deadline: float,
@@ -242,40 +262,73 @@ def run_fleet(
     """Train jobs, so many at a time, and return the labels of those that time did not allow.
 
     Args:
-        jobs: In the order of their importance; may be a generator that waits for results.
+        jobs: In the order of their importance. None stands for "nothing yet": a generator whose
+            next jobs depend on results yields it until they are there.
         device: Where.
         beside: Runs at a time.
         deadline: `time.perf_counter` at which what is unfinished is dropped.
         finished: Called with each finished run; its network may be read.
     """
-    waiting: Iterator[FleetJob] = iter(jobs)
+    waiting: Iterator[FleetJob | None] = iter(jobs)
     active: list[FleetRun] = []
-    dropped: list[str] = []
-    exhausted = False
-    while True:
-        while not exhausted and len(active) < beside and time.perf_counter() < deadline:
-            job = next(waiting, None)
-            if job is None:
-                exhausted = True
+    gc.freeze()  # what is there now stays; captures collect what came after
+    with ThreadPoolExecutor(1) as builder:
+        queue = _Queue(waiting, builder)
+        while True:
+            open_ = time.perf_counter() < deadline
+            while open_ and len(active) < beside and (job := queue.take()) is not None:
+                active.append(FleetRun(job[0], job[1].result(), device))
+            if not open_ or (not active and queue.exhausted):
                 break
-            active.append(FleetRun(job, build(job), device))
-        if not active:
-            break
-        if time.perf_counter() >= deadline:
-            dropped += [run.job.label for run in active]
-            break
-        moved = False
-        for run in list(active):
-            if run.done:
-                if not run.ready or run._events:
-                    continue
-                active.remove(run)
-                finished(run)
-                moved = True
-            elif run.ready:
-                run.advance()
-                moved = True
-        if not moved:
-            time.sleep(1e-4)
-    dropped += [job.label for job in waiting] if not exhausted else []
-    return dropped
+            if not _advance(active, finished):
+                time.sleep(1e-4)
+        return [run.job.label for run in active] + queue.labels()
+
+
+class _Queue:
+    """Jobs whose first weights are drawn on another thread before they are due."""
+
+    def __init__(self, waiting: Iterator[FleetJob | None], builder: ThreadPoolExecutor) -> None:
+        self._waiting, self._builder = waiting, builder
+        self._built: deque[tuple[FleetJob, Future[IkNetwork]]] = deque()
+        self.exhausted = False
+
+    def take(self) -> tuple[FleetJob, Future[IkNetwork]] | None:
+        """Return the next job and its network to come, None where there is none at present."""
+        while not self.exhausted and len(self._built) < LOOK_AHEAD:
+            job = next(self._waiting, END)
+            if job is None:
+                break
+            if isinstance(job, str):
+                self._end = True
+                break
+            self._built.append((job, self._builder.submit(build, job)))
+        if not self._built:
+            self.exhausted = self._end
+            return None
+        return self._built.popleft()
+
+    _end = False
+
+    def labels(self) -> list[str]:
+        """Names of the jobs that were not begun, up to the first that waits for results."""
+        labels = [job.label for job, _ in self._built]
+        for job in self._waiting:
+            if job is None:
+                break
+            labels.append(job.label)
+        return labels
+
+
+def _advance(active: list[FleetRun], finished: Callable[[FleetRun], None]) -> bool:
+    """Hand steps of all runs to the device, and tell whether there was anything to do."""
+    moved = False
+    for run in list(active):
+        if run.done and run.idle:
+            active.remove(run)
+            finished(run)
+            moved = True
+        elif not run.done and run.ready:
+            run.advance()
+            moved = True
+    return moved
