@@ -474,7 +474,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     plan = Plan(data, device, options)
     if options.command == "probe":
-        probe(plan, 0.1 if options.toy else 2.0)
+        probe(plan, 0.1 if options.toy else 1.0)
         return
     options.out.mkdir(parents=True, exist_ok=True)
     if options.toy:
