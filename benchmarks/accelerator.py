@@ -51,6 +51,7 @@ ROBOTS = ("nicol", "fetch", "panda", "valkyrie", "nico")  # the longest training
 SPLITS = ("train", "validation", "test")
 HELD_OUT = 10_000  # validation poses of a curve
 NO_CLIP = 1e30
+FIRST_PRECISION = "float32"  # of the rows of Table I; further seeds take --precision
 STABILITY_DRAWS, STABILITY_STEPS = 8, 1500
 SATURATED = 0.99  # of a joint's half range: where tanh is flat
 RATIOS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # position weight per rotation weight
@@ -82,7 +83,7 @@ class Data:
         return np.load(self.folder / f"{name}_{split}.npy")
 
     def _make(self, name: str, split: str, pool: Any, verdicts: Path | None) -> int:
-        config, robot = self.configs[name], self.robots[name]
+        config, robot = self.configs[name], _robot(name, verdicts)
         path, count = self.folder / f"{name}_{split}.npy", getattr(config.dataset, split)
         if path.exists():
             return 0
@@ -172,11 +173,19 @@ class Plan:
             self._poses[name, split] = torch.as_tensor(values, dtype=torch.float32).to(self.device)
         return self._poses[name, split]
 
-    def _job(self, label: str, name: str, train: TrainConfig, seed: int, **more: Any) -> FleetJob:
+    def _job(
+        self,
+        label: str,
+        name: str,
+        train: TrainConfig,
+        seed: int,
+        precision: str = "",
+        **more: Any,
+    ) -> FleetJob:
         config = self.data.configs[name]
         poses = self.poses(name, "train")
         poses = poses[: train.poses] if train.poses else poses
-        train = replace(train, precision=self.options.precision)
+        train = replace(train, precision=precision or self.options.precision)
         more.setdefault("model", config.model)
         return FleetJob(
             label=label,
@@ -191,8 +200,11 @@ class Plan:
     def _table(self, name: str, seed: int, published: bool = False) -> FleetJob:
         train = self.data.configs[name].train
         if published:
-            return self._job(f"published/{name}/{seed}", name, _as_published(train), seed)
-        return self._job(f"table/{name}/{seed}", name, train, seed)
+            label, train = f"published/{name}/{seed}", _as_published(train)
+        else:
+            label = f"table/{name}/{seed}"
+        precision = FIRST_PRECISION if seed == 0 else self.options.precision
+        return self._job(label, name, train, seed, precision, urgent=seed == 0)
 
     def _stability(self) -> Iterator[FleetJob]:
         for name in ROBOTS:
@@ -211,7 +223,7 @@ class Plan:
 
     def _search(self) -> Iterator[FleetJob]:
         name, config = "nico", self.data.configs["nico"]
-        train = replace(config.train, epochs=self.options.search_epochs)
+        train = replace(config.train, epochs=1, poses=self.options.search_poses)
         yield self._job("search/table_one", name, train, 0)
         generator = np.random.default_rng(derive_seed(config.seed, "search", name))
         for number in range(DRAWS):
@@ -419,7 +431,8 @@ def _device_name(device: torch.device) -> str:
 def probe(plan: Plan, seconds: float) -> None:
     """Milliseconds a step, by precision and with other runs beside."""
     for precision in ("float32", "bfloat16_backward"):
-        plan.options.precision = precision
+        global FIRST_PRECISION
+        FIRST_PRECISION = precision
         runs = []
         for name in ROBOTS:
             job = plan._table(name, 0)
@@ -458,10 +471,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seconds", type=float, default=450.0, help="training stops after these")
     parser.add_argument("--beside", type=int, default=16, help="trainings at a time")
     parser.add_argument("--workers", type=int, default=16, help="processes that draw poses")
-    parser.add_argument("--precision", default="float32")
+    parser.add_argument(
+        "--precision",
+        default="bfloat16_backward",
+        help="train.precision of all but first seeds; on CUDA TF32 in the backward pass",
+    )
     parser.add_argument("--groups", nargs="+", default=list(GROUPS), choices=GROUPS)
     parser.add_argument("--recipes", nargs="+", default=["published", "warm_up"])
-    parser.add_argument("--search-epochs", type=int, default=1)
+    parser.add_argument("--search-poses", type=int, default=500_000)
     parser.add_argument("--loss-poses", type=int, default=50_000)
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
     parser.add_argument("--toy", action="store_true", help="seconds, on any machine")

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import gc
 import time
+import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -51,6 +52,7 @@ class FleetJob:
         held_out: (V, 7) float32, on the device.
         steps: Steps after which it ends, 0 for the whole schedule.
         validations: Times that the held-out poses are evaluated.
+        urgent: Whether its kernels go before those of other runs.
     """
 
     label: str
@@ -62,6 +64,7 @@ class FleetJob:
     held_out: Tensor
     steps: int = 0
     validations: int = 10
+    urgent: bool = False
 
 
 @dataclass
@@ -93,7 +96,7 @@ class FleetRun:
             raise ValueError("a fleet trains without negate_input and without constraints")
         self.started = time.perf_counter()
         on_cuda = self.device.type == "cuda"
-        self.stream = torch.cuda.Stream() if on_cuda else None
+        self.stream = torch.cuda.Stream(priority=-1 if job.urgent else 0) if on_cuda else None
         self._copies = torch.cuda.Stream() if on_cuda else None
         self.network = self.network.to(self.device)
         self.loss = FusedCycleLoss(job.robot.chain, train, self.device)
@@ -229,20 +232,22 @@ class FleetRun:
             self.sums += torch.stack((learned, finite, self._enable[index] - finite))
 
     def _captured(self) -> torch.cuda.CUDAGraph:
+        """Capture without `torch.cuda.graph`, which would wait until all other runs stand still."""
+        assert self.stream is not None
         graph = torch.cuda.CUDAGraph()
         gc.collect()  # the end of an older graph in the middle of a capture makes it fail
-        torch.cuda.synchronize()
-        assert self.stream is not None
-        with torch.cuda.stream(self.stream):
+        self.stream.wait_stream(torch.cuda.current_stream())
+        with torch.cuda.stream(self.stream), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of an optimiser that could be captured and is not
             unroll, self.unroll = self.unroll, 1
             for _ in range(WARM_UPS):  # with every switch off: nothing is learned
                 self._body()
             self.unroll = unroll
             self.sums.zero_()
-        self.stream.synchronize()
-        self.optimizer.zero_grad(set_to_none=True)
-        with torch.cuda.graph(graph, stream=self.stream, capture_error_mode="thread_local"):
+            self.optimizer.zero_grad(set_to_none=True)
+            graph.capture_begin(capture_error_mode="thread_local")
             self._body()
+            graph.capture_end()
         return graph
 
 
