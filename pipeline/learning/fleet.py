@@ -53,6 +53,8 @@ class FleetJob:
         steps: Steps after which it ends, 0 for the whole schedule.
         validations: Times that the held-out poses are evaluated.
         urgent: Whether its kernels go before those of other runs.
+        rounded_until: Share of the schedule over which forward products may be rounded too (TF32
+            on CUDA: tensor cores take a small batch several times as fast); float32 ends it.
     """
 
     label: str
@@ -65,6 +67,7 @@ class FleetJob:
     steps: int = 0
     validations: int = 10
     urgent: bool = False
+    rounded_until: float = 0.0
 
 
 @dataclass
@@ -125,7 +128,11 @@ class FleetRun:
             for index in range(job.validations)
         }
         self._events: list[torch.cuda.Event] = []
-        self._graph = self._captured() if self.stream is not None else None
+        self._exact_from = round(job.rounded_until * self.total)
+        self._graphs: dict[str, torch.cuda.CUDAGraph] = {}
+        if self.stream is not None:
+            for forward in {self._forward(0), HIGHEST}:
+                self._graphs[forward] = self._captured(forward)
 
     @property
     def done(self) -> bool:
@@ -147,16 +154,18 @@ class FleetRun:
         """Hand the next steps to the device."""
         with torch.cuda.stream(self.stream) if self.stream is not None else nullcontext():
             self._feed()
-            if self._graph is not None:
-                self._graph.replay()
+            forward = self._forward(self.step)
+            if self._graphs:
+                self._graphs[forward].replay()
                 event = torch.cuda.Event()
                 event.record()
                 self._events.append(event)
             else:
-                self._body()
+                self._body(forward)
             before, self.step = self.step, min(self.step + self.unroll, self.last)
             if any(before < mark <= self.step for mark in self.marks):
-                self.curve.append((self.step, *(e.mean() for e in self.errors(self.job.held_out))))
+                position, rotation = self.errors(self.job.held_out)
+                self.curve.append((self.step, position.mean(), rotation.mean()))
 
     def finish(self) -> list[dict[str, float]]:
         """Wait for the device and return the curve in mm and deg."""
@@ -186,7 +195,7 @@ class FleetRun:
     def _epoch(self, number: int) -> Tensor:
         size, count = self.job.train.batch_size, self._batches.per_epoch
         order = self._batches.epoch(number)[: count * size].view(count, size).to(torch.int32)
-        if self.stream is None:
+        if self.stream is None or self._copies is None:
             return order
         # On a stream of its own the copy does not wait for the replays that are queued.
         with torch.cuda.stream(self._copies):
@@ -209,14 +218,20 @@ class FleetRun:
         self._rate.copy_(self._rates[first : first + self.unroll])
         self._enable.copy_(self._enabled[first : first + self.unroll])
 
-    def _body(self) -> None:
+    def _forward(self, step: int) -> str:
+        """Precision of the products of the forward pass in the steps from this one on."""
+        return MEDIUM if step < self._exact_from else HIGHEST
+
+    def _body(self, forward: str) -> None:
         train, optimizer = self.job.train, self.optimizer
         backward = MEDIUM if train.precision == "bfloat16_backward" else HIGHEST
         parameters = list(self.network.parameters())
         for index in range(self.unroll):
             poses = self.job.poses.index_select(0, self._batch[index])
+            with matmul_precision(forward):
+                answers = self.network(poses)[:, 0]
             with matmul_precision(HIGHEST):
-                loss = self.loss(self.network(poses)[:, 0], poses)
+                loss = self.loss(answers, poses)
             optimizer.zero_grad(set_to_none=True)
             with matmul_precision(backward):
                 loss.backward()
@@ -231,7 +246,7 @@ class FleetRun:
             learned = torch.where(finite > 0, loss.detach(), 0.0)
             self.sums += torch.stack((learned, finite, self._enable[index] - finite))
 
-    def _captured(self) -> torch.cuda.CUDAGraph:
+    def _captured(self, forward: str) -> torch.cuda.CUDAGraph:
         """Capture without `torch.cuda.graph`, which would wait until all other runs stand still."""
         assert self.stream is not None
         graph = torch.cuda.CUDAGraph()
@@ -241,12 +256,12 @@ class FleetRun:
             warnings.simplefilter("ignore")  # of an optimiser that could be captured and is not
             unroll, self.unroll = self.unroll, 1
             for _ in range(WARM_UPS):  # with every switch off: nothing is learned
-                self._body()
+                self._body(forward)
             self.unroll = unroll
             self.sums.zero_()
             self.optimizer.zero_grad(set_to_none=True)
             graph.capture_begin(capture_error_mode="thread_local")
-            self._body()
+            self._body(forward)
             graph.capture_end()
         return graph
 
