@@ -15,6 +15,7 @@ GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
 MIX_2 = np.uint64(0x94D049BB133111EB)
 TO_UNIT = 2.0**-53
+UNSIGNED = np.uint64(0x7FFFFFFFFFFFFFFF)  # all bits of a float64 but its sign
 
 
 @njit(cache=True)
@@ -44,12 +45,16 @@ def uniform(key, counter):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def bits_key(bits):  # type: ignore[no-untyped-def]
+    """Return a stream key from the bits (7,) uint64 of a pose, not from its quaternion's sign."""
+    key = np.uint64(0)
+    for i in range(7):
+        number = bits[i] if i < 3 else bits[i] & UNSIGNED
+        key = mix(key ^ number) + GOLDEN
+    return key
+
+
+@njit(cache=True)
 def pose_key(pose):  # type: ignore[no-untyped-def]
     """Return a stream key that depends on a pose (7,) alone, not on its quaternion's sign."""
-    key = np.uint64(0)
-    magnitude = np.abs(pose)
-    magnitude[:3] = pose[:3]
-    bits = magnitude.view(np.uint64)
-    for i in range(7):
-        key = mix(key ^ bits[i]) + GOLDEN
-    return key
+    return bits_key(pose.view(np.uint64))

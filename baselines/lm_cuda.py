@@ -1,0 +1,254 @@
+"""Levenberg-Marquardt on an NVIDIA device: poses and seeds in, joints out.
+
+Poses, seeds and answers may stay on the device, where a network or a planner works on with them:
+whatever has `__cuda_array_interface__`, as torch's tensors do, is taken without a copy.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from baselines.errors import SettingError
+from baselines.lm_kernel import LmOptions
+from baselines.memory import Memory, no_memory
+from baselines.refine import Refined
+
+if TYPE_CHECKING:
+    from robots import Robot
+
+Array = NDArray[np.float64]
+
+WAYS = ("auto", "lane", "block")
+THREADS = 64  # of a block where each has a pose of its own
+# Blocks that a multiprocessor holds of either kind: each thread takes all registers it can get.
+LANE_BLOCKS, BLOCK_BLOCKS = 4, 16
+# Poses up to which a block works at each; above, the device is full with a thread a pose.
+FEW = 4096
+
+
+def skip() -> str | None:
+    """Say why there is no solving on a device here, or None if there is one."""
+    try:
+        from numba import cuda
+    except ImportError as error:
+        return f"not installed: {error.name}"
+    return None if cuda.is_available() else "numba sees no CUDA device"
+
+
+class DeviceAnswers(NamedTuple):
+    """Arrays on the device that hold until the next call.
+
+    Attributes:
+        joints: (N, dof) best joints met, inside the limits [rad or m].
+        facts: (3, N) status, iterations and starts, whole numbers as float64; see `Refined`. Where
+            the threads of a block share a pose, iterations are those of all of them.
+    """
+
+    joints: Any
+    facts: Any
+
+
+class _Room:
+    """Arrays on the device for a number of poses, kept from call to call."""
+
+    def __init__(self, count: int, dof: int, near: int) -> None:
+        from numba import cuda
+
+        self.poses = cuda.device_array((count, 7), dtype=np.float64)
+        self.answers = cuda.device_array(count * (dof + 3), dtype=np.float64)
+        self.joints = self.answers[: count * dof].reshape((count, dof))
+        self.facts = self.answers[count * dof :].reshape((3, count))
+        self.host = cuda.pinned_array(count * (dof + 3), dtype=np.float64)
+        self.least = cuda.device_array(count, dtype=np.float64)
+        self.left = cuda.device_array(count, dtype=np.int32)
+        self.near = cuda.device_array((count, near), dtype=np.int32)
+
+
+class LmCuda:
+    """Levenberg-Marquardt of one robot on the current CUDA device.
+
+    Args:
+        robot: The robot.
+        options: Tolerances, damping and budget; no time limit.
+        memory: Configurations to start from after the seeds.
+        way: Who works at a pose: lane (a thread, as on the CPU), block (the threads of a block,
+            each from a start of its own), or auto: a block where poses are few.
+        lanes: Threads of a block that work at one pose, a multiple of 32.
+        near: Remembered configurations that a lane tries before it leaves the pose to a block.
+
+    Raises:
+        SettingError: A setting that is none, or there is no device.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        options: LmOptions,
+        memory: Memory | None = None,
+        way: str = "auto",
+        lanes: int = 32,
+        near: int = 2,
+    ) -> None:
+        if reason := skip():
+            raise SettingError(f"device cuda was asked for, but {reason}: use cpu")
+        from numba import cuda
+
+        from baselines import lm_cuda_kernels
+
+        if way not in WAYS:
+            raise SettingError(f"expected a way of {', '.join(WAYS)}, got {way!r}")
+        if not 1 <= lanes <= lm_cuda_kernels.MOST_LANES:
+            raise SettingError(
+                f"expected 1 to {lm_cuda_kernels.MOST_LANES} lanes a pose, got {lanes}"
+            )
+        if options.time_ns > 0:
+            raise SettingError("a CUDA device heeds a budget of iterations only, got time_s")
+        memory = no_memory(robot.dof) if memory is None else memory
+        self.dof, self.way, self.lanes = robot.dof, way, lanes
+        self.remembers = len(memory.joints) > 0
+        self.near = min(near, lm_cuda_kernels.WARP)
+        self._warp, self._cuda = lm_cuda_kernels.WARP, cuda
+        self._kernels = lm_cuda_kernels.kernels(len(robot.chain.prismatic), robot.dof)
+        reals, whole = lm_cuda_kernels.packed_constants(robot.chain, options, memory)
+        self._reals, self._whole = cuda.to_device(reals), cuda.to_device(whole)
+        known = memory.joints if self.remembers else np.zeros((1, robot.dof))
+        features = memory.features if self.remembers else np.zeros((1, 1), dtype=np.float32)
+        self._known = cuda.to_device(np.ascontiguousarray(known))
+        self._features = cuda.to_device(np.ascontiguousarray(features))
+        self._counters = cuda.to_device(np.zeros(lm_cuda_kernels.COUNTERS, dtype=np.int32))
+        self._no_seeds = cuda.to_device(np.zeros((1, 1, robot.dof)))
+        self._home = cuda.to_device(np.ascontiguousarray(robot.home, np.float64)[None, None])
+        self._processors = getattr(cuda.get_current_device(), "MULTIPROCESSOR_COUNT", 1)
+        self._rooms: dict[int, _Room] = {}
+
+    def solve(self, poses: Any, seeds: Any = None, home: bool = False) -> Refined:
+        """Solve poses and bring the answers to the host.
+
+        Args:
+            poses: (N, 7) float64 targets in the base frame, x y z in m, then unit qw qx qy qz; on
+                the host or on the device.
+            seeds: (N, K, dof) float64 configurations to start from first, in order, or
+                (1, K, dof) for all poses.
+            home: Start from the robot's home where no seeds are given.
+        """
+        began = time.perf_counter()
+        count = len(poses)
+        if count == 0:
+            return self._refined(np.empty((0, self.dof)), np.empty((3, 0)), 0.0)
+        self.solve_on_device(poses, seeds, home)
+        room = self._rooms[count]
+        room.answers.copy_to_host(room.host)
+        joints = room.host[: count * self.dof].reshape(count, self.dof).copy()
+        facts = room.host[count * self.dof :].reshape(3, count)
+        return self._refined(joints, facts, time.perf_counter() - began)
+
+    def solve_on_device(self, poses: Any, seeds: Any = None, home: bool = False) -> DeviceAnswers:
+        """Start solving poses; the answers are there when the device has come so far.
+
+        Arguments are those of `solve`; N > 0.
+        """
+        count = len(poses)
+        room = self._room(count)
+        targets = self._on_device(poses, room.poses)
+        bits = targets.view(np.uint64)
+        if seeds is None:
+            seeds, given = (self._home, 1) if home else (self._no_seeds, 0)
+        else:
+            seeds = self._on_device(seeds)
+            given = seeds.shape[1]
+        kernels = self._kernels
+        if self.way == "block" or (self.way == "auto" and count <= FEW):
+            self._by_block(room, targets, bits, seeds, given, False, count)
+            return DeviceAnswers(room.joints, room.facts)
+        blocks = min(count, 8 * self._processors)
+        kernels.prepare[blocks, self._warp](
+            self._reals, self._whole, targets, self._features, room.near, self._counters
+        )
+        # By lanes alone all starts are tried, otherwise as many as most poses need.
+        starts = given + self.near if self.way == "auto" and self.remembers else 2**62
+        blocks = min(-(-count // THREADS), LANE_BLOCKS * self._processors)
+        kernels.by_lane[blocks, THREADS](
+            self._reals,
+            self._whole,
+            targets,
+            bits,
+            seeds,
+            given,
+            self._known,
+            room.near,
+            starts,
+            room.joints,
+            room.least,
+            room.facts,
+            room.left,
+            self._counters,
+        )
+        if starts < 2**62:
+            self._by_block(room, targets, bits, seeds, given, True, count)
+        return DeviceAnswers(room.joints, room.facts)
+
+    def rank(self, poses: Any, seeds: Any, position_weight: float, rotation_weight: float) -> None:
+        """Sort seeds on the device in place, the smallest error first, moved into the limits.
+
+        Args:
+            poses: (N, 7) float64, on the device.
+            seeds: (N, K, dof) float64 on the device, K up to 16.
+            position_weight: Of an error in m.
+            rotation_weight: Of an error in rad.
+        """
+        blocks = -(-len(poses) // THREADS)
+        self._kernels.rank[blocks, THREADS](
+            self._reals,
+            self._whole,
+            self._on_device(poses),
+            self._on_device(seeds),
+            position_weight,
+            rotation_weight,
+        )
+
+    def _by_block(
+        self, room: _Room, targets: Any, bits: Any, seeds: Any, given: int, chosen: bool, count: int
+    ) -> None:
+        blocks = min(count, BLOCK_BLOCKS * self._processors)
+        self._kernels.by_block[blocks, self.lanes](
+            self._reals,
+            self._whole,
+            targets,
+            bits,
+            seeds,
+            given,
+            self._known,
+            self._features,
+            chosen,
+            room.joints,
+            room.least,
+            room.facts,
+            room.left,
+            self._counters,
+        )
+
+    def _room(self, count: int) -> _Room:
+        if count not in self._rooms:
+            if len(self._rooms) >= 16:
+                self._rooms.clear()
+            self._rooms[count] = _Room(count, self.dof, max(self.near, 1))
+        return self._rooms[count]
+
+    def _on_device(self, values: Any, room: Any = None) -> Any:
+        """Values as an array of numba's on the device, copied only from the host."""
+        if hasattr(values, "__cuda_array_interface__") or self._cuda.is_cuda_array(values):
+            return self._cuda.as_cuda_array(values)
+        values = np.ascontiguousarray(values, dtype=np.float64)
+        if room is None:
+            return self._cuda.to_device(values)
+        room.copy_to_device(values)
+        return room
+
+    def _refined(self, joints: Array, facts: Array, seconds: float) -> Refined:
+        status, iterations, starts = facts.astype(np.int64)
+        time_s = np.full(len(joints), seconds / max(len(joints), 1))
+        return Refined(joints, status, iterations, starts, time_s)
