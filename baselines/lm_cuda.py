@@ -122,7 +122,9 @@ class LmCuda:
         self._counters = cuda.to_device(np.zeros(lm_cuda_kernels.COUNTERS, dtype=np.int32))
         self._no_seeds = cuda.to_device(np.zeros((1, 1, robot.dof)))
         self._home = cuda.to_device(np.ascontiguousarray(robot.home, np.float64)[None, None])
-        self._processors = getattr(cuda.get_current_device(), "MULTIPROCESSOR_COUNT", 1)
+        # The simulator of numba knows no device.
+        device = getattr(cuda, "get_current_device", object)()
+        self._processors = getattr(device, "MULTIPROCESSOR_COUNT", 1)
         self._rooms: dict[int, _Room] = {}
 
     def solve(self, poses: Any, seeds: Any = None, home: bool = False) -> Refined:
@@ -240,7 +242,9 @@ class LmCuda:
 
     def _on_device(self, values: Any, room: Any = None) -> Any:
         """Values as an array of numba's on the device, copied only from the host."""
-        if hasattr(values, "__cuda_array_interface__") or self._cuda.is_cuda_array(values):
+        if hasattr(values, "__cuda_ndarray__"):
+            return values
+        if hasattr(values, "__cuda_array_interface__"):
             return self._cuda.as_cuda_array(values)
         values = np.ascontiguousarray(values, dtype=np.float64)
         if room is None:

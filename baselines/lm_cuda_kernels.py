@@ -126,7 +126,7 @@ def kernels(joints: int, dof: int) -> Kernels:  # noqa: C901 - a factory of func
         for i in range(7):
             pose[i] = poses[row, i]
             pattern[i] = bits[row, i]
-        return bits_key(pattern)
+        return np.uint64(bits_key(pattern))  # the simulator hands over a number of Python
 
     @cuda.jit(device=True)
     def begin(chain, seeds, given, known, near, tried, row, key, attempt, q):  # type: ignore[no-untyped-def]
