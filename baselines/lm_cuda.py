@@ -134,7 +134,8 @@ class LmCuda:
             poses: (N, 7) float64 targets in the base frame, x y z in m, then unit qw qx qy qz; on
                 the host or on the device.
             seeds: (N, K, dof) float64 configurations to start from first, in order, or
-                (1, K, dof) for all poses.
+                (1, K, dof) for all poses; or what makes an array on the device of the poses on
+                the device, and says how many of the K are tried.
             home: Start from the robot's home where no seeds are given.
         """
         began = time.perf_counter()
@@ -159,11 +160,13 @@ class LmCuda:
         bits = targets.view(np.uint64)
         if seeds is None:
             seeds, given = (self._home, 1) if home else (self._no_seeds, 0)
+        elif callable(seeds):
+            seeds, given = seeds(targets)
         else:
             seeds = self._on_device(seeds)
             given = seeds.shape[1]
         kernels = self._kernels
-        if self.way == "block" or (self.way == "auto" and count <= FEW):
+        if self.way_for(count) == "block":
             self._by_block(room, targets, bits, seeds, given, False, count)
             return DeviceAnswers(room.joints, room.facts)
         blocks = min(count, 8 * self._processors)
@@ -193,6 +196,20 @@ class LmCuda:
             self._by_block(room, targets, bits, seeds, given, True, count)
         return DeviceAnswers(room.joints, room.facts)
 
+    def way_for(self, count: int) -> str:
+        """Who works at a pose in a batch of `count`: lane (at first) or block."""
+        if self.way == "auto":
+            return "block" if count <= FEW else "lane"
+        return self.way
+
+    def blocks_for(self, count: int) -> int:
+        """Blocks that keep the device busy where each takes `count` poses in turn."""
+        return min(count, BLOCK_BLOCKS * self._processors)
+
+    def new_array(self, shape: tuple[int, ...]) -> Any:
+        """Room for float64 numbers on the device."""
+        return self._cuda.device_array(shape, dtype=np.float64)
+
     def rank(self, poses: Any, seeds: Any, position_weight: float, rotation_weight: float) -> None:
         """Sort seeds on the device in place, the smallest error first, moved into the limits.
 
@@ -215,8 +232,7 @@ class LmCuda:
     def _by_block(
         self, room: _Room, targets: Any, bits: Any, seeds: Any, given: int, chosen: bool, count: int
     ) -> None:
-        blocks = min(count, BLOCK_BLOCKS * self._processors)
-        self._kernels.by_block[blocks, self.lanes](
+        self._kernels.by_block[self.blocks_for(count), self.lanes](
             self._reals,
             self._whole,
             targets,

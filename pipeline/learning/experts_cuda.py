@@ -1,0 +1,136 @@
+"""Answers of `Experts` as a CUDA kernel: poses in, hypotheses out, on the device.
+
+A pass through a tensor library starts some thirty kernels, which for a hundred poses takes longer
+than all descents from the answers. Here a block takes a pose: its threads find the cell, then each
+computes neurons of a layer, reading weights side by side.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import cuda, types
+
+from pipeline.learning.experts import Experts
+from pipeline.learning.experts_kernel import compiled_experts, find_features
+from pipeline.learning.layers_kernel import GELU_CUBE, GELU_SLOPE, _tanh
+
+THREADS = 128
+WIDEST, MOST_EXPERTS = 512, 1024  # neurons of a layer and cells that fit into shared memory
+# Where the parts of the array of constants begin.
+CENTRE, SCALE, METRIC, JOINTS = 0, 3, 6, 18
+
+
+class _Scaling(NamedTuple):
+    """What `find_features` needs of the experts."""
+
+    position_centre: Any
+    position_scale: Any
+
+
+class DeviceExperts:
+    """A network on the current CUDA device.
+
+    Args:
+        network: The network.
+
+    Attributes:
+        heads: Hypotheses K for each pose.
+
+    Raises:
+        ValueError: It is too large for the shared memory of a block.
+    """
+
+    def __init__(self, network: Experts) -> None:
+        experts = compiled_experts(network)
+        if experts.sizes.max() > WIDEST or len(experts.centres) > MOST_EXPERTS:
+            raise ValueError(
+                f"expected at most {WIDEST} neurons in a layer and {MOST_EXPERTS} experts, got "
+                f"{experts.sizes.max()} and {len(experts.centres)}"
+            )
+        self.heads, self.dof = network.heads, network.dof
+        reals = np.concatenate(
+            [
+                experts.position_centre,
+                experts.position_scale,
+                experts.metric,
+                experts.joint_centre,
+                experts.joint_scale,
+            ]
+        )
+        self._arrays = tuple(
+            cuda.to_device(np.ascontiguousarray(array))
+            for array in (
+                reals,
+                experts.centres,
+                experts.half_squares,
+                experts.sizes,
+                experts.layers,
+            )
+        )
+
+    def answer(self, poses: Any, joints: Any, blocks: int) -> None:
+        """Write the hypotheses (N, K, dof) float64 for poses (N, 7) float64, both on the device.
+
+        Args:
+            poses: Targets with unit quaternions.
+            joints: Receives the hypotheses in the order of the heads [rad or m].
+            blocks: Blocks of threads, which take the poses in turn.
+        """
+        _kernel(self.dof)[blocks, THREADS](*self._arrays, poses, joints)
+
+
+@lru_cache
+def _kernel(dof: int) -> Any:
+    @cuda.jit
+    def answer(reals, centres, half_squares, sizes, layers, poses, joints):  # type: ignore[no-untyped-def]
+        lane, width = cuda.threadIdx.x, cuda.blockDim.x
+        values = cuda.shared.array((2, WIDEST), types.float32)
+        distances = cuda.shared.array(MOST_EXPERTS, types.float32)
+        pose = cuda.local.array(7, types.float64)
+        features = cuda.local.array(12, types.float32)
+        position_centre = cuda.local.array(3, types.float32)
+        position_scale = cuda.local.array(3, types.float32)
+        for i in range(3):
+            position_centre[i], position_scale[i] = reals[CENTRE + i], reals[SCALE + i]
+        scaling = _Scaling(position_centre, position_scale)
+        half, one = np.float32(0.5), np.float32(1.0)
+        slope, cube = np.float32(GELU_SLOPE), np.float32(GELU_CUBE)
+        last = sizes.shape[0] - 2
+        for row in range(cuda.blockIdx.x, poses.shape[0], cuda.gridDim.x):
+            for i in range(7):
+                pose[i] = poses[row, i]
+            find_features(scaling, pose, features)
+            for cell in range(lane, centres.shape[0], width):
+                total = half_squares[cell]
+                for k in range(12):
+                    total -= features[k] * reals[METRIC + k] * centres[cell, k]
+                distances[cell] = total
+            for k in range(lane, sizes[0], width):
+                values[0, k] = features[k] if k < 12 else np.float32(0.0)
+            cuda.syncthreads()
+            nearest = 0
+            for cell in range(1, centres.shape[0]):
+                if distances[cell] < distances[nearest]:
+                    nearest = cell
+            begin, source = 0, 0
+            for layer in range(last + 1):
+                n, m = sizes[layer], sizes[layer + 1]
+                for j in range(lane, m, width):
+                    total = layers[nearest, begin + j]
+                    for k in range(n):
+                        total += values[source, k] * layers[nearest, begin + m + k * m + j]
+                    if layer < last:
+                        inner = slope * (total + cube * total * total * total)
+                        values[1 - source, j] = half * total * (one + _tanh(inner))
+                    else:
+                        k = j % dof
+                        scaled = reals[JOINTS + dof + k] * _tanh(total)
+                        joints[row, j // dof, k] = reals[JOINTS + k] + scaled
+                begin += m + n * m
+                source = 1 - source
+                cuda.syncthreads()
+
+    return answer
