@@ -45,16 +45,11 @@ def uniform(key, counter):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def bits_key(bits):  # type: ignore[no-untyped-def]
-    """Return a stream key from the bits (7,) uint64 of a pose, not from its quaternion's sign."""
+def pose_key(pose):  # type: ignore[no-untyped-def]
+    """Return a stream key that depends on a pose (7,) alone, not on its quaternion's sign."""
+    bits = pose.view(np.uint64)
     key = np.uint64(0)
     for i in range(7):
         number = bits[i] if i < 3 else bits[i] & UNSIGNED
         key = mix(key ^ number) + GOLDEN
     return key
-
-
-@njit(cache=True)
-def pose_key(pose):  # type: ignore[no-untyped-def]
-    """Return a stream key that depends on a pose (7,) alone, not on its quaternion's sign."""
-    return bits_key(pose.view(np.uint64))

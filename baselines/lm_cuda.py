@@ -7,9 +7,11 @@ whatever has `__cuda_array_interface__`, as torch's tensors do, is taken without
 from __future__ import annotations
 
 import time
+import warnings
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numba.core.errors import NumbaPerformanceWarning
 from numpy.typing import NDArray
 
 from baselines.errors import SettingError
@@ -66,6 +68,7 @@ class _Room:
         self.least = cuda.device_array(count, dtype=np.float64)
         self.left = cuda.device_array(count, dtype=np.int32)
         self.near = cuda.device_array((count, near), dtype=np.int32)
+        self.graphs: dict[Any, Any] = {}
 
 
 class LmCuda:
@@ -79,6 +82,9 @@ class LmCuda:
             each from a start of its own), or auto: a block where poses are few.
         lanes: Threads of a block that work at one pose, a multiple of 32.
         near: Remembered configurations that a lane tries before it leaves the pose to a block.
+        captured: Record the launches for a number of poses at the second call and replay them from
+            then on, which spares the host most of its time; by torch, and not for seeds that are
+            handed over.
 
     Raises:
         SettingError: A setting that is none, or there is no device.
@@ -92,6 +98,7 @@ class LmCuda:
         way: str = "auto",
         lanes: int = 32,
         near: int = 2,
+        captured: bool = False,
     ) -> None:
         if reason := skip():
             raise SettingError(f"device cuda was asked for, but {reason}: use cpu")
@@ -109,6 +116,7 @@ class LmCuda:
             raise SettingError("a CUDA device heeds a budget of iterations only, got time_s")
         memory = no_memory(robot.dof) if memory is None else memory
         self.dof, self.way, self.lanes = robot.dof, way, lanes
+        self.captured = captured
         self.remembers = len(memory.joints) > 0
         self.near = min(near, lm_cuda_kernels.WARP)
         self._warp, self._cuda = lm_cuda_kernels.WARP, cuda
@@ -126,6 +134,8 @@ class LmCuda:
         device = getattr(cuda, "get_current_device", object)()
         self._processors = getattr(device, "MULTIPROCESSOR_COUNT", 1)
         self._rooms: dict[int, _Room] = {}
+        self._launches: dict[Any, Any] = {}
+        self._stream: Any = 0
 
     def solve(self, poses: Any, seeds: Any = None, home: bool = False) -> Refined:
         """Solve poses and bring the answers to the host.
@@ -156,8 +166,41 @@ class LmCuda:
         """
         count = len(poses)
         room = self._room(count)
-        targets = self._on_device(poses, room.poses)
-        bits = targets.view(np.uint64)
+        if not self.captured or not (seeds is None or callable(seeds)):
+            targets = self._on_device(poses, room.poses)
+            return self._descend(room, targets, seeds, home)
+        if hasattr(poses, "__cuda_array_interface__"):
+            poses = self._on_device(poses)
+        else:
+            poses = np.ascontiguousarray(poses, dtype=np.float64)
+        room.poses.copy_to_device(poses)
+        key = home, id(seeds)
+        if key not in room.graphs:
+            room.graphs[key] = None  # the first call compiles
+            return self._descend(room, room.poses, seeds, home)
+        if room.graphs[key] is None:
+            room.graphs[key] = self._capture(room, seeds, home)
+        room.graphs[key].replay()
+        return DeviceAnswers(room.joints, room.facts)
+
+    def _capture(self, room: _Room, seeds: Any, home: bool) -> Any:
+        """Record the launches for the poses of a room."""
+        import torch
+
+        graph = torch.cuda.CUDAGraph()
+        torch.cuda.synchronize()
+        with torch.cuda.graph(graph, capture_error_mode="relaxed"):
+            stream = torch.cuda.current_stream().cuda_stream
+            self._stream = self._cuda.external_stream(stream)
+            try:
+                self._descend(room, room.poses, seeds, home)
+            finally:
+                self._stream = 0
+        return graph
+
+    def _descend(self, room: _Room, targets: Any, seeds: Any, home: bool) -> DeviceAnswers:
+        """Start all kernels for targets on the device."""
+        count = len(targets)
         if seeds is None:
             seeds, given = (self._home, 1) if home else (self._no_seeds, 0)
         elif callable(seeds):
@@ -167,20 +210,19 @@ class LmCuda:
             given = seeds.shape[1]
         kernels = self._kernels
         if self.way_for(count) == "block":
-            self._by_block(room, targets, bits, seeds, given, False, count)
+            self._by_block(room, targets, seeds, given, False, count)
             return DeviceAnswers(room.joints, room.facts)
         blocks = min(count, 8 * self._processors)
-        kernels.prepare[blocks, self._warp](
+        self.launch(kernels.prepare, blocks, self._warp)(
             self._reals, self._whole, targets, self._features, room.near, self._counters
         )
         # By lanes alone all starts are tried, otherwise as many as most poses need.
         starts = given + self.near if self.way == "auto" and self.remembers else 2**62
         blocks = min(-(-count // THREADS), LANE_BLOCKS * self._processors)
-        kernels.by_lane[blocks, THREADS](
+        self.launch(kernels.by_lane, blocks, THREADS)(
             self._reals,
             self._whole,
             targets,
-            bits,
             seeds,
             given,
             self._known,
@@ -193,7 +235,7 @@ class LmCuda:
             self._counters,
         )
         if starts < 2**62:
-            self._by_block(room, targets, bits, seeds, given, True, count)
+            self._by_block(room, targets, seeds, given, True, count)
         return DeviceAnswers(room.joints, room.facts)
 
     def way_for(self, count: int) -> str:
@@ -205,6 +247,18 @@ class LmCuda:
     def blocks_for(self, count: int) -> int:
         """Blocks that keep the device busy where each takes `count` poses in turn."""
         return min(count, BLOCK_BLOCKS * self._processors)
+
+    def launch(self, kernel: Any, blocks: int, threads: int) -> Any:
+        """Return a kernel with its launch configuration."""
+        if self._stream != 0:
+            return kernel[blocks, threads, self._stream]
+        key = kernel, blocks, threads
+        if key not in self._launches:
+            with warnings.catch_warnings():
+                # A single pose cannot fill a device, and numba would say so.
+                warnings.simplefilter("ignore", NumbaPerformanceWarning)
+                self._launches[key] = kernel[blocks, threads]
+        return self._launches[key]
 
     def new_array(self, shape: tuple[int, ...]) -> Any:
         """Room for float64 numbers on the device."""
@@ -220,7 +274,7 @@ class LmCuda:
             rotation_weight: Of an error in rad.
         """
         blocks = -(-len(poses) // THREADS)
-        self._kernels.rank[blocks, THREADS](
+        self.launch(self._kernels.rank, blocks, THREADS)(
             self._reals,
             self._whole,
             self._on_device(poses),
@@ -230,13 +284,12 @@ class LmCuda:
         )
 
     def _by_block(
-        self, room: _Room, targets: Any, bits: Any, seeds: Any, given: int, chosen: bool, count: int
+        self, room: _Room, targets: Any, seeds: Any, given: int, chosen: bool, count: int
     ) -> None:
-        self._kernels.by_block[self.blocks_for(count), self.lanes](
+        self.launch(self._kernels.by_block, self.blocks_for(count), self.lanes)(
             self._reals,
             self._whole,
             targets,
-            bits,
             seeds,
             given,
             self._known,

@@ -25,7 +25,7 @@ import numpy as np
 from numba import cuda, types
 from numpy.typing import NDArray
 
-from baselines.clock import bits_key, uniform
+from baselines.clock import pose_key, uniform
 from baselines.linearise import Linearisation, aim, find_error, find_frames, find_jacobian
 from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, LmOptions, _Scratch, _step
 from baselines.memory import FEATURES, ROTATION_SHARE, Memory
@@ -81,7 +81,7 @@ class Kernels(NamedTuple):
 
 
 @lru_cache
-def kernels(joints: int, dof: int) -> Kernels:  # noqa: C901 - a factory of functions
+def kernels(joints: int, dof: int) -> Kernels:
     """Make the kernels for chains of `joints` driven joints and `dof` variables.
 
     Sizes of arrays in registers and in shared memory must be known to the compiler.
@@ -116,17 +116,14 @@ def kernels(joints: int, dof: int) -> Kernels:  # noqa: C901 - a factory of func
                 lower[k] = reals[at_lower + k]
                 upper[k] = reals[at_lower + dof + k]
         cuda.syncthreads()
-        return Chain(
-            rotations, translations, prismatic, variable, multiplier, offset, lower, upper
-        )
+        return Chain(rotations, translations, prismatic, variable, multiplier, offset, lower, upper)
 
     @cuda.jit(device=True)
-    def load_pose(poses, bits, row, pose, pattern):  # type: ignore[no-untyped-def]
-        """Copy a pose (7,) and return its stream key; `pattern` (7,) receives its bits."""
+    def load_pose(poses, row, pose):  # type: ignore[no-untyped-def]
+        """Copy a pose (7,) and return its stream key."""
         for i in range(7):
             pose[i] = poses[row, i]
-            pattern[i] = bits[row, i]
-        return np.uint64(bits_key(pattern))  # the simulator hands over a number of Python
+        return np.uint64(pose_key(pose))  # the simulator hands over a number of Python
 
     @cuda.jit(device=True)
     def begin(chain, seeds, given, known, near, tried, row, key, attempt, q):  # type: ignore[no-untyped-def]
@@ -261,7 +258,7 @@ def kernels(joints: int, dof: int) -> Kernels:  # noqa: C901 - a factory of func
 
     @cuda.jit
     def by_lane(  # type: ignore[no-untyped-def]
-        reals, whole, poses, bits, seeds, given, known, near,
+        reals, whole, poses, seeds, given, known, near,
         starts, answers, least_of, facts, left, counters,
     ):  # fmt: skip
         """Descend, a thread a pose, from the first starts of each.
@@ -270,7 +267,6 @@ def kernels(joints: int, dof: int) -> Kernels:  # noqa: C901 - a factory of func
             reals: Constants.
             whole: Whole constants.
             poses: (N, 7) targets.
-            bits: (N, 7) their bits.
             seeds: (N or 1, K, dof) starts that come first.
             given: K.
             known: (M, dof) remembered configurations.
@@ -284,7 +280,6 @@ def kernels(joints: int, dof: int) -> Kernels:  # noqa: C901 - a factory of func
         """
         chain = load_chain(reals, whole)
         pose = cuda.local.array(7, types.float64)
-        pattern = cuda.local.array(7, types.uint64)
         best = cuda.local.array(dof, types.float64)
         s = new_work(pose)
         position2, rotation2 = reals[POSITION2], reals[ROTATION2]
@@ -300,7 +295,7 @@ def kernels(joints: int, dof: int) -> Kernels:  # noqa: C901 - a factory of func
         least, reference = np.inf, np.inf
         while row < rows:
             if fresh:
-                key = load_pose(poses, bits, row, pose, pattern)
+                key = load_pose(poses, row, pose)
                 aim(pose, s.at)
                 attempt, iterations, since = 0, 0, 0
                 least, reference = np.inf, np.inf
@@ -350,7 +345,7 @@ def kernels(joints: int, dof: int) -> Kernels:  # noqa: C901 - a factory of func
 
     @cuda.jit
     def by_block(  # type: ignore[no-untyped-def]
-        reals, whole, poses, bits, seeds, given, known, features,
+        reals, whole, poses, seeds, given, known, features,
         chosen, answers, least_of, facts, left, counters,
     ):  # fmt: skip
         """Descend, a block a pose, its threads from starts of their own.
@@ -359,7 +354,6 @@ def kernels(joints: int, dof: int) -> Kernels:  # noqa: C901 - a factory of func
             reals: Constants.
             whole: Whole constants.
             poses: (N, 7) targets.
-            bits: (N, 7) their bits.
             seeds: (N or 1, K, dof) starts that come first.
             given: K.
             known: (M, dof) remembered configurations.
@@ -377,7 +371,6 @@ def kernels(joints: int, dof: int) -> Kernels:  # noqa: C901 - a factory of func
         done = cuda.shared.array(MOST_LANES, types.int32)
         errors = cuda.shared.array(MOST_LANES, types.float64)
         pose = cuda.local.array(7, types.float64)
-        pattern = cuda.local.array(7, types.uint64)
         best = cuda.local.array(dof, types.float64)
         s = new_work(pose)
         position2, rotation2 = reals[POSITION2], reals[ROTATION2]
@@ -390,7 +383,7 @@ def kernels(joints: int, dof: int) -> Kernels:  # noqa: C901 - a factory of func
             row = left[place] if chosen else place
             spent = int(facts[1, row]) if chosen else 0
             tried = int(facts[2, row]) if chosen else 0
-            key = load_pose(poses, bits, row, pose, pattern)
+            key = load_pose(poses, row, pose)
             aim(pose, s.at)
             if whole[REMEMBERED] > 0:
                 closest, index = nearest_of_stratum(
@@ -408,9 +401,7 @@ def kernels(joints: int, dof: int) -> Kernels:  # noqa: C901 - a factory of func
             least, reference, since = np.inf, np.inf, 0
             active = attempt < most
             if active:
-                begin(
-                    chain, seeds, given, known, near[:width], strata, row, key, attempt, s.q
-                )
+                begin(chain, seeds, given, known, near[:width], strata, row, key, attempt, s.q)
             status = UNDECIDED
             while status == UNDECIDED:
                 found, moves = False, active

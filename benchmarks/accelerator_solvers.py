@@ -23,7 +23,7 @@ import platform
 import statistics
 import time
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -45,6 +45,7 @@ Array = NDArray[np.float64]
 ROBOTS = ("panda", "fetch", "nicol", "nico", "valkyrie")
 SIZES = (1, 10, 100, 1000, 2000, 10_000, 100_000)
 CANDIDATES = (32, 64, 128, 256)
+BLOCKS = (32, 64, 128)  # threads that share a pose
 HALTON = 100
 SEED, CHUNK = 11, 2048
 REMEMBERED, NEIGHBOURS = 2048, 6
@@ -52,10 +53,10 @@ REMEMBERED, NEIGHBOURS = 2048, 6
 TOLERANCES = ((1e-4, 1e-4), (1e-7, 1e-7))
 MEASURED_S, MOST_CALLS = 0.25, 25
 FIELDS = (
-    "device robot protocol solver tolerance_m batch poses collision_free third_ms device_ms host_ms "
-    "us_a_pose success_5mm_0.05rad success_1mm_1deg within_tolerance found p98_mm p98_rad "
+    "device robot protocol solver tolerance_m batch poses collision_free third_ms device_ms "
+    "host_ms us_a_pose success_5mm_0.05rad success_1mm_1deg within_tolerance found p98_mm p98_rad "
     "mean_mm iterations first_s note"
-).split()
+).split(" ")
 
 
 class Poses(NamedTuple):
@@ -80,6 +81,7 @@ class Rows:
         return time.perf_counter() < self.end
 
     def add(self, **values: Any) -> None:
+        """Write a row."""
         rounded = {k: f"{v:.6g}" if isinstance(v, float) else v for k, v in values.items()}
         with self.path.open("a", newline="", encoding="utf-8") as file:
             csv.DictWriter(file, FIELDS).writerow(rounded)
@@ -179,13 +181,22 @@ def run(
                     if not rows.open:
                         return
                     row = partial(rows.add, device=device, robot=name, solver=calls.name)
-                    measured(robot, calls, poses, size, options, row)
+                    guarded(row, measured, robot, calls, poses, size, options, row)
             for width in candidates:
-                one_at_a_time(
-                    robot, options, memory, width, halton(robot, halton_poses), device, rows
-                )
+                row = partial(rows.add, device=device, robot=name, solver="lm_cuda")
+                targets = halton(robot, halton_poses)
+                if rows.open:
+                    guarded(row, one_at_a_time, robot, options, memory, width, targets, row)
     for name in robots:
         on_processor(load_robot(name), sizes, masks, rows)
+
+
+def guarded(row: Callable[..., None], measure: Callable[..., None], *arguments: Any) -> None:
+    """Measure one row; a fault is written in its place, for the device is here but once."""
+    try:
+        measure(*arguments)
+    except Exception as error:
+        row(note=f"Error: {type(error).__name__}: {' '.join(str(error).split())[:300]}")
 
 
 def options_of(robot: Robot, position: float, rotation: float) -> LmOptions:
@@ -196,19 +207,18 @@ def options_of(robot: Robot, position: float, rotation: float) -> LmOptions:
     )
 
 
-def solvers_of(
-    robot: Robot, options: LmOptions, memory: Memory, all_ways: bool
-) -> list[Calls]:
+def solvers_of(robot: Robot, options: LmOptions, memory: Memory, all_ways: bool) -> list[Calls]:
     """The solvers to measure; with `all_ways` also every way to share the work on the device."""
     made = [_lm("lm_cuda", robot, options, memory)]
     refined = _refined(robot, options, memory)
     made += [refined] if refined else []
     if all_ways:
         made += [
+            _lm("lm_cuda[not captured]", robot, options, memory, captured=False),
             _lm("lm_cuda[lane]", robot, options, memory, near=2, way="lane"),
             *(
                 _lm(f"lm_cuda[block {n}]", robot, options, memory, way="block", lanes=n)
-                for n in (32, 64, 128)
+                for n in BLOCKS
             ),
         ]
         twin = _torch_twin(robot, options, memory)
@@ -217,6 +227,7 @@ def solvers_of(
 
 
 def _lm(name: str, robot: Robot, options: LmOptions, memory: Memory, **settings: Any) -> Calls:
+    settings = {"captured": can_capture(), **settings}
     solver = LmCuda(robot, options, memory, **settings)
     return Calls(name, solver.solve, solver.solve_on_device)
 
@@ -229,7 +240,7 @@ def _refined(robot: Robot, options: LmOptions, memory: Memory) -> Calls | None:
         print(f"cycleik_refined_cuda: not installed: {error.name}", flush=True)
         return None
     network = load_network(shipped_weights(robot.name), robot)
-    solver = RefinedCuda(robot, network, options, memory)
+    solver = RefinedCuda(robot, network, options, memory, captured=can_capture())
     return Calls("cycleik_refined_cuda", solver.solve, solver.solve_on_device)
 
 
@@ -344,23 +355,22 @@ def one_at_a_time(
     memory: Memory,
     width: int,
     poses: Array,
-    device: str,
-    rows: Rows,
+    row: Callable[..., None],
 ) -> None:
     """HJCD-IK's protocol: one pose a call, `width` candidates of it side by side."""
     if not rows.open:
         return
-    solver = LmCuda(robot, options, memory, way="block", lanes=width)
+    solver = LmCuda(robot, options, memory, way="block", lanes=width, captured=can_capture())
     times, on_device, answers = [], [], []
     for turn in range(2):
-        for row in range(len(poses)):
+        for index in range(len(poses)):
             start = time.perf_counter()
-            answer = solver.solve(poses[row : row + 1])
+            answer = solver.solve(poses[index : index + 1])
             if turn:
                 times.append(1e3 * (time.perf_counter() - start))
                 answers.append(answer)
-    for row in range(len(poses)):
-        target = to_device(poses[row : row + 1])
+    for index in range(len(poses)):
+        target = to_device(poses[index : index + 1])
         start = time.perf_counter()
         _finished(solver.solve_on_device, target)
         on_device.append(1e3 * (time.perf_counter() - start))
@@ -370,14 +380,11 @@ def one_at_a_time(
             for field in ("joints", "status", "iterations", "starts", "time_s")
         )
     )
-    rows.add(
-        device=device,
-        robot=robot.name,
+    row(
         protocol="candidates",
-        solver="lm_cuda",
         batch=width,
         poses=len(poses),
-        third_ms=times[2],
+        third_ms=times[min(2, len(times) - 1)],
         device_ms=statistics.mean(on_device),
         host_ms=statistics.mean(times),
         us_a_pose=1e3 * statistics.mean(times),
@@ -406,6 +413,24 @@ def on_processor(robot: Robot, sizes: Sequence[int], masks: Path | None, rows: R
                 name = f"{processor()}, {threads} of {cores} cores"
                 row = partial(rows.add, device=name, robot=robot.name, solver="lm")
                 measured(robot, Calls("lm", solve, None), poses, size, options, row)
+
+
+@cache
+def can_capture() -> bool:
+    """Whether torch is there to record launches, and records them."""
+    robot = load_robot("panda")
+    poses = robot.forward_kinematics(robot.home[None])
+    try:
+        import torch
+
+        if not torch.cuda.is_available():
+            return False
+        solver = LmCuda(robot, options_of(robot, *TOLERANCES[0]), captured=True)
+        answers = [solver.solve(poses).joints for _ in range(3)]
+    except Exception as error:
+        print(f"launches are not recorded: {type(error).__name__}: {error}", flush=True)
+        return False
+    return bool(np.array_equal(answers[0], answers[2]))
 
 
 def device_name() -> str:

@@ -7,6 +7,7 @@ computes neurons of a layer, reading weights side by side.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -71,15 +72,16 @@ class DeviceExperts:
             )
         )
 
-    def answer(self, poses: Any, joints: Any, blocks: int) -> None:
+    def answer(self, poses: Any, joints: Any, launch: Callable[..., Any], blocks: int) -> None:
         """Write the hypotheses (N, K, dof) float64 for poses (N, 7) float64, both on the device.
 
         Args:
             poses: Targets with unit quaternions.
             joints: Receives the hypotheses in the order of the heads [rad or m].
+            launch: Makes a kernel with a launch configuration, see `LmCuda.launch`.
             blocks: Blocks of threads, which take the poses in turn.
         """
-        _kernel(self.dof)[blocks, THREADS](*self._arrays, poses, joints)
+        launch(_kernel(self.dof), blocks, THREADS)(*self._arrays, poses, joints)
 
 
 @lru_cache

@@ -53,6 +53,7 @@ class RefinedCuda:
         self.heads = min(network.heads, RANKED)
         self._weights = position_weight, rotation_weight
         self._seeds: dict[int, Any] = {}
+        self._seeder = self._hypotheses  # one object, by which recorded launches are known
         self._experts: Any = None
         if isinstance(network, Experts):
             from pipeline.learning.experts_cuda import DeviceExperts
@@ -63,11 +64,11 @@ class RefinedCuda:
 
     def solve(self, poses: Any) -> Refined:
         """Solve poses (N, 7) on the host or on the device and bring the answers to the host."""
-        return self.lm.solve(poses, self._hypotheses)
+        return self.lm.solve(poses, self._seeder)
 
     def solve_on_device(self, poses: Any) -> DeviceAnswers:
         """Start solving poses (N, 7), N > 0; see `LmCuda.solve_on_device`."""
-        return self.lm.solve_on_device(poses, self._hypotheses)
+        return self.lm.solve_on_device(poses, self._seeder)
 
     def _hypotheses(self, targets: Any) -> tuple[Any, int]:
         """Seeds (N, K, dof) for targets, all on the device, and how many a lane tries."""
@@ -80,7 +81,7 @@ class RefinedCuda:
                     self._seeds.clear()
                 self._seeds[count] = self.lm.new_array((count, self.heads, self.lm.dof))
             seeds = self._seeds[count]
-            self._experts.answer(targets, seeds, self.lm.blocks_for(count))
+            self._experts.answer(targets, seeds, self.lm.launch, self.lm.blocks_for(count))
         if self.lm.way_for(count) == "lane":
             self.lm.rank(targets, seeds, *self._weights)
             return seeds, self.tried

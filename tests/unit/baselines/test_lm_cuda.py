@@ -12,7 +12,6 @@ import pytest
 
 import baselines
 from baselines import SettingError
-from baselines.clock import bits_key, pose_key
 from baselines.lm_cuda import LmCuda, skip
 from baselines.memory import remember
 from baselines.refine import refine
@@ -43,15 +42,6 @@ def test_kernels_in_the_simulator_answer_as_the_cpu() -> None:
 @pytest.mark.slow
 def test_more_poses_in_the_simulator() -> None:
     simulate("slow")
-
-
-def test_keys_of_bits_are_those_of_poses() -> None:
-    robot = load_robot("panda")
-    poses = robot.forward_kinematics(robot.sample(20, collision_free=False))
-    turned = poses * [1, 1, 1, -1, -1, -1, -1]
-    keys = [int(pose_key(pose)) for pose in poses]
-    assert keys == [int(bits_key(row)) for row in turned.view(np.uint64)]
-    assert len(set(keys)) == 20
 
 
 @pytest.mark.skipif(skip() is None, reason="there is a CUDA device")
