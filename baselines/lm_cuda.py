@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from baselines.errors import SettingError
 from baselines.lm_kernel import LmOptions
-from baselines.memory import Memory, no_memory
 from baselines.refine import Refined
+from baselines.seed_library import SeedLibrary, empty_seed_library
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -77,7 +77,7 @@ class LmCuda:
     Args:
         robot: The robot.
         options: Tolerances, damping and budget; no time limit.
-        memory: Configurations to start from after the seeds.
+        library: Configurations to start from after the seeds.
         way: Who works at a pose: lane (a thread, as on the CPU), block (the threads of a block,
             each from a start of its own), or auto: a block where poses are few.
         lanes: Threads of a block that work at one pose, a multiple of 32.
@@ -94,7 +94,7 @@ class LmCuda:
         self,
         robot: Robot,
         options: LmOptions,
-        memory: Memory | None = None,
+        library: SeedLibrary | None = None,
         way: str = "auto",
         lanes: int = 32,
         near: int = 2,
@@ -114,17 +114,17 @@ class LmCuda:
             )
         if options.time_ns > 0:
             raise SettingError("a CUDA device heeds a budget of iterations only, got time_s")
-        memory = no_memory(robot.dof) if memory is None else memory
+        library = empty_seed_library(robot.dof) if library is None else library
         self.dof, self.way, self.lanes = robot.dof, way, lanes
         self.captured = captured
-        self.remembers = len(memory.joints) > 0
+        self.remembers = len(library.joints) > 0
         self.near = min(near, lm_cuda_kernels.WARP)
         self._warp, self._cuda = lm_cuda_kernels.WARP, cuda
         self._kernels = lm_cuda_kernels.kernels(len(robot.chain.prismatic), robot.dof)
-        reals, whole = lm_cuda_kernels.packed_constants(robot.chain, options, memory)
+        reals, whole = lm_cuda_kernels.packed_constants(robot.chain, options, library)
         self._reals, self._whole = cuda.to_device(reals), cuda.to_device(whole)
-        known = memory.joints if self.remembers else np.zeros((1, robot.dof))
-        features = memory.features if self.remembers else np.zeros((1, 1), dtype=np.float32)
+        known = library.joints if self.remembers else np.zeros((1, robot.dof))
+        features = library.features if self.remembers else np.zeros((1, 1), dtype=np.float32)
         self._known = cuda.to_device(np.ascontiguousarray(known))
         self._features = cuda.to_device(np.ascontiguousarray(features))
         self._counters = cuda.to_device(np.zeros(lm_cuda_kernels.COUNTERS, dtype=np.int32))

@@ -26,9 +26,9 @@ from numba import cuda, types
 from numpy.typing import NDArray
 
 from baselines.clock import pose_key, uniform
-from baselines.linearise import Linearisation, aim, find_error, find_frames, find_jacobian
+from baselines.linearise import Linearisation, find_error, find_frames, find_jacobian, set_target
 from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, LmOptions, _Scratch, _step
-from baselines.memory import FEATURES, ROTATION_SHARE, Memory
+from baselines.seed_library import FEATURES, ROTATION_SHARE, SeedLibrary
 from robots.chain import Chain
 
 Array = NDArray[np.float64]
@@ -39,18 +39,18 @@ UNDECIDED = -1
 
 # Numbers ahead of those of the chain in the array of constants, and the counters of a launch.
 POSITION2, ROTATION2, DAMPING, GAIN, CENTRE, SCALE, HEAD = 0, 1, 2, 3, 4, 7, 10
-PATIENCE, FREEZES, ITERATIONS, STARTS, REMEMBERED, WHOLE_HEAD = 0, 1, 2, 3, 4, 5
+PATIENCE, PASSES, ITERATIONS, STARTS, REMEMBERED, WHOLE_HEAD = 0, 1, 2, 3, 4, 5
 NEXT, LEFT, COUNTERS = 0, 1, 2
 
 
-def packed_constants(chain: Chain, options: LmOptions, memory: Memory) -> tuple[Array, Any]:
+def packed_constants(chain: Chain, options: LmOptions, library: SeedLibrary) -> tuple[Array, Any]:
     """Return all constants of a robot and its settings as one float64 and one int64 array."""
     reals = np.concatenate(
         [
             np.array([options.position_tolerance_m**2, options.rotation_tolerance_rad**2]),
             np.array([options.damping, options.damping_gain]),
-            memory.centre,
-            memory.scale,
+            library.centre,
+            library.scale,
             chain.rotations.ravel(),
             chain.translations.ravel(),
             chain.multiplier,
@@ -59,8 +59,8 @@ def packed_constants(chain: Chain, options: LmOptions, memory: Memory) -> tuple[
             chain.upper,
         ]
     )
-    limits = [options.patience, options.freezes, options.iterations, options.starts]
-    settings = np.array([*limits, len(memory.joints)], dtype=np.int64)
+    limits = [options.patience, options.max_active_set_passes, options.iterations, options.starts]
+    settings = np.array([*limits, len(library.joints)], dtype=np.int64)
     return reals, np.concatenate([settings, chain.prismatic.astype(np.int64), chain.variable])
 
 
@@ -214,7 +214,7 @@ def kernels(joints: int, dof: int) -> Kernels:
             for row in range(cuda.blockIdx.x, poses.shape[0], cuda.gridDim.x):
                 for i in range(7):
                     pose[i] = poses[row, i]
-                aim(pose, s.at)
+                set_target(pose, s.at)
                 least, nearest = nearest_of_stratum(
                     reals, features, whole[REMEMBERED], pose, s.at.goal
                 )
@@ -239,7 +239,7 @@ def kernels(joints: int, dof: int) -> Kernels:
         if row < poses.shape[0]:
             for i in range(7):
                 pose[i] = poses[row, i]
-            aim(pose, s.at)
+            set_target(pose, s.at)
             for head in range(min(seeds.shape[1], 16)):
                 for k in range(dof):
                     s.q[k] = min(max(seeds[row, head, k], chain.lower[k]), chain.upper[k])
@@ -284,7 +284,7 @@ def kernels(joints: int, dof: int) -> Kernels:
         s = new_work(pose)
         position2, rotation2 = reals[POSITION2], reals[ROTATION2]
         damping, gain = reals[DAMPING], reals[GAIN]
-        patience, freezes = whole[PATIENCE], whole[FREEZES]
+        patience, passes = whole[PATIENCE], whole[PASSES]
         budget, most = whole[ITERATIONS], min(whole[STARTS], starts)
         final = whole[STARTS] <= starts
         known_tried = near.shape[1] if whole[REMEMBERED] > 0 else 0
@@ -296,7 +296,7 @@ def kernels(joints: int, dof: int) -> Kernels:
         while row < rows:
             if fresh:
                 key = load_pose(poses, row, pose)
-                aim(pose, s.at)
+                set_target(pose, s.at)
                 attempt, iterations, since = 0, 0, 0
                 least, reference = np.inf, np.inf
                 begin(chain, seeds, given, known, near[row], known_tried, row, key, attempt, s.q)
@@ -339,7 +339,7 @@ def kernels(joints: int, dof: int) -> Kernels:
                 if since == 0:
                     reference = squared
                 find_jacobian(chain, s.at)
-                _step(chain, s, damping + gain * squared, freezes)
+                _step(chain, s, damping + gain * squared, passes)
                 iterations += 1
                 since += 1
 
@@ -375,7 +375,7 @@ def kernels(joints: int, dof: int) -> Kernels:
         s = new_work(pose)
         position2, rotation2 = reals[POSITION2], reals[ROTATION2]
         damping, gain = reals[DAMPING], reals[GAIN]
-        patience, freezes = whole[PATIENCE], whole[FREEZES]
+        patience, passes = whole[PATIENCE], whole[PASSES]
         budget, most = whole[ITERATIONS], whole[STARTS]
         strata = width if whole[REMEMBERED] > 0 else 0
         rows = counters[LEFT] if chosen else poses.shape[0]
@@ -384,7 +384,7 @@ def kernels(joints: int, dof: int) -> Kernels:
             spent = int(facts[1, row]) if chosen else 0
             tried = int(facts[2, row]) if chosen else 0
             key = load_pose(poses, row, pose)
-            aim(pose, s.at)
+            set_target(pose, s.at)
             if whole[REMEMBERED] > 0:
                 closest, index = nearest_of_stratum(
                     reals, features, whole[REMEMBERED], pose, s.at.goal
@@ -441,7 +441,7 @@ def kernels(joints: int, dof: int) -> Kernels:
                         if since == 0:
                             reference = squared
                         find_jacobian(chain, s.at)
-                        _step(chain, s, damping + gain * squared, freezes)
+                        _step(chain, s, damping + gain * squared, passes)
                         since += 1
                     spent += width
                 cuda.syncthreads()

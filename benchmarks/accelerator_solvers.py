@@ -35,8 +35,8 @@ import baselines
 from baselines import lm_cuda
 from baselines.lm_cuda import LmCuda
 from baselines.lm_kernel import LmOptions
-from baselines.memory import Memory, remember
 from baselines.refine import refine
+from baselines.seed_library import SeedLibrary, build_seed_library
 from robots import Robot, available_robots, load_robot
 from robots.rotations import rotation_angle
 
@@ -51,12 +51,13 @@ SEED, CHUNK = 11, 2048
 REMEMBERED, NEIGHBOURS = 2048, 6
 # Tolerances of the solvers [m, rad]: those of conf/solver/lm.yaml, and a ten-thousandth of a mm.
 TOLERANCES = ((1e-4, 1e-4), (1e-7, 1e-7))
-MEASURED_S, MOST_CALLS = 0.25, 25
-FIELDS = (
-    "device robot protocol solver tolerance_m batch poses collision_free third_ms device_ms "
-    "host_ms us_a_pose success_5mm_0.05rad success_1mm_1deg within_tolerance found p98_mm p98_rad "
-    "mean_mm iterations first_s note"
-).split(" ")
+MEASURED_S, MOST_CALLS = 0.15, 25
+FIELDS = [
+    *("device", "robot", "protocol", "solver", "tolerance_m", "batch", "poses", "collision_free"),
+    *("third_ms", "device_ms", "host_ms", "us_a_pose"),
+    *("success_5mm_0.05rad", "success_1mm_1deg", "within_tolerance", "found"),
+    *("p98_mm", "p98_rad", "mean_mm", "iterations", "first_s", "note"),
+]
 
 
 class Poses(NamedTuple):
@@ -173,10 +174,10 @@ def run(
     for index, name in enumerate(robots):
         robot = load_robot(name)
         poses = sampled(robot, max(sizes), masks)
-        memory = remember(robot, REMEMBERED, NEIGHBOURS, 0)
+        library = build_seed_library(robot, REMEMBERED, NEIGHBOURS, 0)
         for position, rotation in TOLERANCES:
             options = options_of(robot, position, rotation)
-            for calls in solvers_of(robot, options, memory, index == 0 and position == 1e-4):
+            for calls in solvers_of(robot, options, library, index == 0 and position == 1e-4):
                 for size in sizes:
                     if not rows.open:
                         return
@@ -186,7 +187,7 @@ def run(
                 row = partial(rows.add, device=device, robot=name, solver="lm_cuda")
                 targets = halton(robot, halton_poses)
                 if rows.open:
-                    guarded(row, one_at_a_time, robot, options, memory, width, targets, row)
+                    guarded(row, one_at_a_time, robot, options, library, width, targets, row)
     for name in robots:
         on_processor(load_robot(name), sizes, masks, rows)
 
@@ -207,32 +208,36 @@ def options_of(robot: Robot, position: float, rotation: float) -> LmOptions:
     )
 
 
-def solvers_of(robot: Robot, options: LmOptions, memory: Memory, all_ways: bool) -> list[Calls]:
+def solvers_of(
+    robot: Robot, options: LmOptions, library: SeedLibrary, all_ways: bool
+) -> list[Calls]:
     """The solvers to measure; with `all_ways` also every way to share the work on the device."""
-    made = [_lm("lm_cuda", robot, options, memory)]
-    refined = _refined(robot, options, memory)
+    made = [_lm("lm_cuda", robot, options, library)]
+    refined = _refined(robot, options, library)
     made += [refined] if refined else []
     if all_ways:
         made += [
-            _lm("lm_cuda[not captured]", robot, options, memory, captured=False),
-            _lm("lm_cuda[lane]", robot, options, memory, near=2, way="lane"),
+            _lm("lm_cuda[not captured]", robot, options, library, captured=False),
+            _lm("lm_cuda[lane]", robot, options, library, near=2, way="lane"),
             *(
-                _lm(f"lm_cuda[block {n}]", robot, options, memory, way="block", lanes=n)
+                _lm(f"lm_cuda[block {n}]", robot, options, library, way="block", lanes=n)
                 for n in BLOCKS
             ),
         ]
-        twin = _torch_twin(robot, options, memory)
+        twin = _torch_twin(robot, options, library)
         made += [twin] if twin else []
     return made
 
 
-def _lm(name: str, robot: Robot, options: LmOptions, memory: Memory, **settings: Any) -> Calls:
+def _lm(
+    name: str, robot: Robot, options: LmOptions, library: SeedLibrary, **settings: Any
+) -> Calls:
     settings = {"captured": can_capture(), **settings}
-    solver = LmCuda(robot, options, memory, **settings)
+    solver = LmCuda(robot, options, library, **settings)
     return Calls(name, solver.solve, solver.solve_on_device)
 
 
-def _refined(robot: Robot, options: LmOptions, memory: Memory) -> Calls | None:
+def _refined(robot: Robot, options: LmOptions, library: SeedLibrary) -> Calls | None:
     try:
         from pipeline.learning.refined_cuda import RefinedCuda
         from pipeline.learning.weights import load_network, shipped_weights
@@ -240,11 +245,11 @@ def _refined(robot: Robot, options: LmOptions, memory: Memory) -> Calls | None:
         print(f"cycleik_refined_cuda: not installed: {error.name}", flush=True)
         return None
     network = load_network(shipped_weights(robot.name), robot)
-    solver = RefinedCuda(robot, network, options, memory, captured=can_capture())
+    solver = RefinedCuda(robot, network, options, library, captured=can_capture())
     return Calls("cycleik_refined_cuda", solver.solve, solver.solve_on_device)
 
 
-def _torch_twin(robot: Robot, options: LmOptions, memory: Memory) -> Calls | None:
+def _torch_twin(robot: Robot, options: LmOptions, library: SeedLibrary) -> Calls | None:
     import torch
 
     from baselines.refine_torch import refine_place, refine_torch
@@ -255,7 +260,7 @@ def _torch_twin(robot: Robot, options: LmOptions, memory: Memory) -> Calls | Non
 
     def solve(poses: Any) -> Any:
         home = np.broadcast_to(robot.home, (len(poses), 1, robot.dof))
-        return refine_torch(place, poses, home, options, memory)
+        return refine_torch(place, poses, home, options, library)
 
     return Calls("lm_torch", solve, None)
 
@@ -352,15 +357,13 @@ def accuracy(robot: Robot, answers: Any, poses: Array, options: LmOptions) -> di
 def one_at_a_time(
     robot: Robot,
     options: LmOptions,
-    memory: Memory,
+    library: SeedLibrary,
     width: int,
     poses: Array,
     row: Callable[..., None],
 ) -> None:
     """HJCD-IK's protocol: one pose a call, `width` candidates of it side by side."""
-    if not rows.open:
-        return
-    solver = LmCuda(robot, options, memory, way="block", lanes=width, captured=can_capture())
+    solver = LmCuda(robot, options, library, way="block", lanes=width, captured=can_capture())
     times, on_device, answers = [], [], []
     for turn in range(2):
         for index in range(len(poses)):

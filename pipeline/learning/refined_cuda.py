@@ -8,8 +8,8 @@ import numpy as np
 
 from baselines.lm_cuda import DeviceAnswers, LmCuda
 from baselines.lm_kernel import LmOptions
-from baselines.memory import Memory
 from baselines.refine import Refined
+from baselines.seed_library import SeedLibrary
 from pipeline.learning.experts import Experts
 from pipeline.learning.networks import IkNetwork
 from robots import Robot
@@ -27,7 +27,7 @@ class RefinedCuda:
         robot: The robot.
         network: Its network.
         options: Of the descents, see `LmCuda`.
-        memory: Configurations to start from after the hypotheses.
+        library: Configurations to start from after the hypotheses.
         hypotheses: The best ones that a thread with a pose of its own tries.
         position_weight: Of an error in m when hypotheses are compared.
         rotation_weight: Of an error in rad.
@@ -42,13 +42,13 @@ class RefinedCuda:
         robot: Robot,
         network: IkNetwork,
         options: LmOptions,
-        memory: Memory | None = None,
+        library: SeedLibrary | None = None,
         hypotheses: int = 1,
         position_weight: float = 100.0,
         rotation_weight: float = 9 / np.pi,
         **settings: Any,
     ) -> None:
-        self.lm = LmCuda(robot, options, memory, **settings)
+        self.lm = LmCuda(robot, options, library, **settings)
         self.tried = min(hypotheses, network.heads)
         self.heads = min(network.heads, RANKED)
         self._weights = position_weight, rotation_weight

@@ -13,8 +13,8 @@ import baselines
 from baselines import SettingError, lm_cuda
 from baselines.lm_cuda import LmCuda
 from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, LmOptions
-from baselines.memory import Memory, remember
 from baselines.refine import Refined, refine
+from baselines.seed_library import SeedLibrary, build_seed_library
 from pipeline import load_solver
 from pipeline.learning.refined import CycleIkRefined
 from pipeline.learning.refined_cuda import RefinedCuda
@@ -37,8 +37,8 @@ def panda() -> Robot:
 
 
 @pytest.fixture(scope="module")
-def memory(panda: Robot) -> Memory:
-    return remember(panda, 300, 6, seed=3)
+def library(panda: Robot) -> SeedLibrary:
+    return build_seed_library(panda, 300, 6, seed=3)
 
 
 def reachable(robot: Robot, count: int, seed: int = 5) -> np.ndarray:
@@ -79,7 +79,7 @@ def test_lanes_give_the_rows_of_the_cpu(robot: Robot) -> None:
 
 def test_blocks_solve_every_pose(robot: Robot) -> None:
     poses = reachable(robot, 4)
-    library = remember(robot, 300, 6, seed=3)
+    library = build_seed_library(robot, 300, 6, seed=3)
     for settings in (None, library):
         check_solved(
             robot, LmCuda(robot, OPTIONS, settings, way="block", lanes=LANES).solve(poses), poses
@@ -91,7 +91,7 @@ def test_what_lanes_leave_is_solved_by_blocks(
 ) -> None:
     monkeypatch.setattr(lm_cuda, "FEW", 0)
     poses = reachable(robot, 12)
-    library = remember(robot, 3, 3, seed=3)
+    library = build_seed_library(robot, 3, 3, seed=3)
     options = OPTIONS._replace(patience=2)
     ours = LmCuda(robot, options, library, lanes=LANES, near=1).solve(poses)
     check_solved(robot, ours, poses)
@@ -134,32 +134,34 @@ def test_budgets_end_where_those_of_the_cpu_end(panda: Robot, limits: dict[str, 
         assert (blocks.status[::3] == OUT_OF_STARTS).all()
 
 
-def test_a_pose_out_of_reach_keeps_the_best_joints(panda: Robot, memory: Memory) -> None:
+def test_a_pose_out_of_reach_keeps_the_best_joints(panda: Robot, library: SeedLibrary) -> None:
     poses = reachable(panda, 2)
     poses[:, 0] += 5.0
     options = OPTIONS._replace(iterations=400)
     for way in ("lane", "block"):
-        ours = LmCuda(panda, options, memory, way=way, lanes=LANES).solve(poses)
+        ours = LmCuda(panda, options, library, way=way, lanes=LANES).solve(poses)
         assert (ours.status == OUT_OF_ITERATIONS).all()
         reached = panda.forward_kinematics(ours.joints)[:, 0]
         assert (reached > 0.5).all()  # stretched towards it
 
 
-def test_a_row_does_not_depend_on_its_batch(panda: Robot, memory: Memory) -> None:
+def test_a_row_does_not_depend_on_its_batch(panda: Robot, library: SeedLibrary) -> None:
     poses = reachable(panda, 6)
     for way in ("lane", "block"):
-        solver = LmCuda(panda, OPTIONS, memory, way=way, lanes=LANES)
+        solver = LmCuda(panda, OPTIONS, library, way=way, lanes=LANES)
         whole, part = solver.solve(poses), solver.solve(poses[[4, 1]])
         assert np.array_equal(part.joints, whole.joints[[4, 1]])
         assert np.array_equal(part.iterations, whole.iterations[[4, 1]])
 
 
-def test_the_nearest_remembered_configurations_come_next(panda: Robot, memory: Memory) -> None:
+def test_the_nearest_remembered_configurations_come_next(
+    panda: Robot, library: SeedLibrary
+) -> None:
     """A pose that is remembered has its own configuration as the nearest."""
-    poses = panda.forward_kinematics(memory.joints[[7, 250]])
+    poses = panda.forward_kinematics(library.joints[[7, 250]])
     for way in ("lane", "block"):
-        ours = LmCuda(panda, OPTIONS, memory, way=way, lanes=LANES).solve(poses)
-        np.testing.assert_allclose(ours.joints, memory.joints[[7, 250]])
+        ours = LmCuda(panda, OPTIONS, library, way=way, lanes=LANES).solve(poses)
+        np.testing.assert_allclose(ours.joints, library.joints[[7, 250]])
         assert (ours.iterations == 0).all()
 
 
@@ -195,7 +197,7 @@ def test_refined_descends_from_the_networks_hypotheses(name: str) -> None:
     options = cpu.kernel.options(None)
     poses = robot.forward_kinematics(robot.sample(6, seed=5, collision_free=True))
     theirs, hypotheses = cpu.solve(poses), cpu.hypotheses(poses).joints
-    lanes = RefinedCuda(robot, cpu.network, options, cpu.memory, way="lane")
+    lanes = RefinedCuda(robot, cpu.network, options, cpu.library, way="lane")
     check_solved(robot, ours := lanes.solve(poses), poses)
     seeds, tried = lanes._hypotheses(cuda.to_device(poses))
     assert tried == 1
@@ -204,7 +206,7 @@ def test_refined_descends_from_the_networks_hypotheses(name: str) -> None:
     assert first.any()
     assert np.array_equal(ours.iterations[first], theirs.iterations[first])
     np.testing.assert_allclose(ours.joints[first], theirs.joints[first], atol=1e-6)
-    blocks = RefinedCuda(robot, cpu.network, options, cpu.memory, way="block", lanes=LANES)
+    blocks = RefinedCuda(robot, cpu.network, options, cpu.library, way="block", lanes=LANES)
     check_solved(robot, blocks.solve(poses), poses)
 
 

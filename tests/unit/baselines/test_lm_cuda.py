@@ -13,8 +13,8 @@ import pytest
 import baselines
 from baselines import SettingError
 from baselines.lm_cuda import LmCuda, skip
-from baselines.memory import remember
 from baselines.refine import refine
+from baselines.seed_library import build_seed_library
 from robots import load_robot
 
 ROOT = Path(__file__).parents[3]
@@ -64,7 +64,7 @@ def test_a_device_solves_what_the_kernel_solves(name: str) -> None:
     assert (lanes.starts == kernel.starts).mean() > 0.98
     assert (np.abs(lanes.joints - kernel.joints).max(axis=1) < 1e-6).mean() > 0.98
     for way in ("auto", "block"):
-        solver = LmCuda(robot, options, remember(robot, 2048, 6, seed=0), way=way)
+        solver = LmCuda(robot, options, build_seed_library(robot, 2048, 6, seed=0), way=way)
         first, again = solver.solve(poses), solver.solve(poses)
         assert first.found.all()
         assert np.array_equal(first.joints, again.joints)
