@@ -11,7 +11,6 @@ import warnings
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numba.core.errors import NumbaPerformanceWarning
 from numpy.typing import NDArray
 
 from baselines.errors import SettingError
@@ -256,7 +255,7 @@ class LmCuda:
         if key not in self._launches:
             with warnings.catch_warnings():
                 # A single pose cannot fill a device, and numba would say so.
-                warnings.simplefilter("ignore", NumbaPerformanceWarning)
+                warnings.simplefilter("ignore")
                 self._launches[key] = kernel[blocks, threads]
         return self._launches[key]
 

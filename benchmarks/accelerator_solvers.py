@@ -1,7 +1,7 @@
 """Solvers on a CUDA device, in the protocols of cuRobo and PyRoki and of HJCD-IK.
 
-    python benchmarks/accelerator_solvers.py prepare --masks masks.npz          # where coal is
-    python benchmarks/accelerator_solvers.py run --masks masks.npz --out rows.csv --budget-s 240
+    python -m benchmarks.accelerator_solvers prepare --masks masks.npz          # where coal is
+    python -m benchmarks.accelerator_solvers run --masks masks.npz --out rows.csv --budget-s 240
 
 `prepare` keeps which uniform samples are free of collision, a bit each, so that the machine with
 the device needs no collision checker. A row is written as soon as it is measured, and none is begun
@@ -241,19 +241,23 @@ def _refined(robot: Robot, options: LmOptions, library: SeedLibrary) -> Calls | 
     try:
         from pipeline.learning.refined_cuda import RefinedCuda
         from pipeline.learning.weights import load_network, shipped_weights
-    except ImportError as error:
-        print(f"cycleik_refined_cuda: not installed: {error.name}", flush=True)
+
+        network = load_network(shipped_weights(robot.name), robot)
+        solver = RefinedCuda(robot, network, options, library, captured=can_capture())
+    except (ImportError, ValueError, OSError) as error:
+        print(f"no cycleik_refined_cuda for {robot.name}: {error}", flush=True)
         return None
-    network = load_network(shipped_weights(robot.name), robot)
-    solver = RefinedCuda(robot, network, options, library, captured=can_capture())
     return Calls("cycleik_refined_cuda", solver.solve, solver.solve_on_device)
 
 
 def _torch_twin(robot: Robot, options: LmOptions, library: SeedLibrary) -> Calls | None:
-    import torch
+    try:
+        import torch
 
-    from baselines.refine_torch import refine_place, refine_torch
-
+        from baselines.refine_torch import refine_place, refine_torch
+    except ImportError as error:
+        print(f"no lm_torch: {error}", flush=True)
+        return None
     if not torch.cuda.is_available():
         return None
     place = refine_place(robot, "cuda", "float64")

@@ -24,7 +24,7 @@ SIMULATED = ROOT / "tests" / "cudasim" / "check_lm_cuda.py"
 def simulate(marks: str) -> None:
     """Run the checks in a process of their own: numba chooses the simulator when imported."""
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-n", "0", "-q", "-m", marks, str(SIMULATED)],
+        [sys.executable, "-m", "pytest", "-n", "0", "-m", marks, str(SIMULATED)],
         cwd=ROOT,
         env={**os.environ, "NUMBA_ENABLE_CUDASIM": "1"},
         capture_output=True,
