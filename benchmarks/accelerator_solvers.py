@@ -443,10 +443,8 @@ def can_capture() -> bool:
 def device_name() -> str:
     from numba import cuda
 
-    device = getattr(cuda, "get_current_device", lambda: None)()
-    if device is None:
-        return "simulator"
-    name = device.name
+    device = getattr(cuda, "get_current_device", object)()
+    name = getattr(device, "name", "simulator")
     return name.decode() if isinstance(name, bytes) else str(name)
 
 
