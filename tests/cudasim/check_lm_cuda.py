@@ -210,6 +210,7 @@ def test_refined_descends_from_the_networks_hypotheses(name: str) -> None:
     check_solved(robot, blocks.solve(poses), poses)
 
 
+@pytest.mark.slow
 def test_the_benchmark_writes_its_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from benchmarks import accelerator_solvers
 
