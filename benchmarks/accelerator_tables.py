@@ -94,8 +94,8 @@ def main() -> None:
         path.parent / "stability",
         f"<!-- {made} -->\n**First draws of Table I's weights after 1,500 steps**, the published "
         "recipe (no warm-up, no clipping) and the same with 500 steps of warm-up; a network is "
-        f"lost where more than {SATURATED:.0%} of its outputs lie where tanh is flat. Median validation "
-        "error of the others, Euclidean; Wilson interval of the share that is lost.",
+        f"lost where more than {SATURATED:.0%} of its outputs lie where tanh is flat. Median "
+        "validation error of the others, Euclidean; Wilson interval of the share that is lost.",
     )
     write(
         table_one(rows),
