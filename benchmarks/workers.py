@@ -25,7 +25,7 @@ from matplotlib.axes import Axes
 from scaling import WORKS, Model, Times, Work, fitted
 
 from pipeline.config import compose
-from pipeline.reporting.style import LOOKS, legend_below, logarithmic, panels, save, styled
+from pipeline.presentation.style import LOOKS, legend_below, logarithmic, panels, save, styled
 from pipeline.stages import run_stage
 from pipeline.tuning.space import draw
 from pipeline.tuning.storage import open_store

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from pipeline.config import compose
 from pipeline.errors import PipelineError
+from pipeline.presentation.published import read_published
 from pipeline.provenance import ROOT
-from pipeline.reporting.published import read_published
 from pipeline.reporting.single import MAKERS, paper_table
 
 PREFERRED = ("paper", "quick")  # profiles whose rows are looked for, the published scale first

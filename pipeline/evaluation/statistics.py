@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import comb, sqrt
-from statistics import NormalDist
+from math import sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import stats
 
 from pipeline.errors import PipelineError
 
-Array = NDArray[np.float64]
 BLOCK_VALUES = 4_000_000  # values resampled at a time: bounds the memory of a bootstrap
-EXACT_DISCORDANT = 1000  # up to here McNemar's test sums the binomial distribution itself
+EXACT_DISCORDANT = 1000  # up to here McNemar's test is the exact binomial one
 
 
 class StatisticsError(PipelineError):
@@ -62,14 +61,12 @@ def wilson_interval(successes: int, trials: int, confidence: float) -> Interval:
         raise StatisticsError(f"expected 0 <= successes <= trials, got {successes} of {trials}")
     if trials == 0:
         return Interval(float("nan"), 0.0, 1.0)
-    z = _quantile(confidence)
-    rate, spread = successes / trials, z * z / trials
-    centre = (rate + spread / 2) / (1 + spread)
-    half = z / (1 + spread) * sqrt(rate * (1 - rate) / trials + spread / (4 * trials))
+    test = stats.binomtest(successes, trials)
+    interval = test.proportion_ci(_checked_confidence(confidence), method="wilson")
     # At the ends the closed form is exact but for rounding, which must not leave [0, 1].
-    low = 0.0 if successes == 0 else max(centre - half, 0.0)
-    high = 1.0 if successes == trials else min(centre + half, 1.0)
-    return Interval(rate, low, high)
+    low = 0.0 if successes == 0 else float(interval.low)
+    high = 1.0 if successes == trials else float(interval.high)
+    return Interval(successes / trials, low, high)
 
 
 def bootstrap_interval(
@@ -93,14 +90,25 @@ def bootstrap_interval(
     """
     if resamples < 1:
         raise StatisticsError(f"expected at least 1 resample, got {resamples}")
-    tail = (1 - _checked_confidence(confidence)) / 2
+    _checked_confidence(confidence)
     sample = np.asarray(values, dtype=np.float64)
     sample = sample[~np.isnan(sample)]
     if sample.size == 0:
         return Interval(float("nan"), float("nan"), float("nan"))
-    draws = _resampled(sample, statistic, resamples, np.random.default_rng(seed))
-    low, high = np.quantile(draws, [tail, 1 - tail])
-    return Interval(float(np.asarray(statistic(sample, axis=-1))), float(low), float(high))
+    estimate = float(np.asarray(statistic(sample, axis=-1)))
+    if sample.size == 1 or resamples == 1:  # SciPy wants two of both
+        return Interval(estimate, estimate, estimate)
+    found = stats.bootstrap(
+        (sample,),
+        statistic,
+        n_resamples=resamples,
+        batch=max(BLOCK_VALUES // sample.size, 1),
+        vectorized=True,
+        confidence_level=confidence,
+        method="percentile",
+        rng=np.random.default_rng(seed),
+    ).confidence_interval
+    return Interval(estimate, float(found.low), float(found.high))
 
 
 def mcnemar(first: ArrayLike, second: ArrayLike) -> Comparison:
@@ -120,10 +128,10 @@ def mcnemar(first: ArrayLike, second: ArrayLike) -> Comparison:
     if discordant == 0:
         return Comparison(effect, 1.0, 0)
     if discordant <= EXACT_DISCORDANT:
-        tail = sum(comb(discordant, k) for k in range(min(only_a, only_b) + 1))
-        return Comparison(effect, min(1.0, 2 * tail / 2**discordant), discordant)
+        p_value = stats.binomtest(only_a, discordant).pvalue
+        return Comparison(effect, float(p_value), discordant)
     score = max(abs(only_a - only_b) - 1, 0) / sqrt(discordant)
-    return Comparison(effect, 2 * NormalDist().cdf(-score), discordant)
+    return Comparison(effect, float(2 * stats.norm.sf(score)), discordant)
 
 
 def wilcoxon(first: ArrayLike, second: ArrayLike) -> Comparison:
@@ -139,17 +147,11 @@ def wilcoxon(first: ArrayLike, second: ArrayLike) -> Comparison:
     a, b = _paired(np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64))
     difference = (a - b)[~np.isnan(a - b)]
     effect = float(np.median(difference)) if difference.size else float("nan")
-    unequal = difference[difference != 0]
-    count = len(unequal)
+    count = int(np.count_nonzero(difference))
     if count == 0:
         return Comparison(effect, 1.0, 0)
-    _, inverse, ties = np.unique(np.abs(unequal), return_inverse=True, return_counts=True)
-    ranks = (np.cumsum(ties) - (ties - 1) / 2)[inverse]
-    positive = ranks[unequal > 0].sum()
-    expected = count * (count + 1) / 4
-    variance = count * (count + 1) * (2 * count + 1) / 24 - ((ties**3 - ties).sum()) / 48
-    score = (positive - expected) / sqrt(variance)
-    return Comparison(effect, 2 * NormalDist().cdf(-abs(score)), count)
+    test = stats.wilcoxon(difference, method="asymptotic", correction=False)
+    return Comparison(effect, float(test.pvalue), count)
 
 
 def holm(p_values: Mapping[str, float]) -> dict[str, float]:
@@ -169,31 +171,12 @@ def holm(p_values: Mapping[str, float]) -> dict[str, float]:
     return {name: adjusted[name] for name in p_values}
 
 
-def _resampled(
-    sample: Array,
-    statistic: Callable[..., ArrayLike],
-    resamples: int,
-    generator: np.random.Generator,
-) -> Array:
-    block = max(BLOCK_VALUES // sample.size, 1)
-    draws = []
-    for start in range(0, resamples, block):
-        rows = min(block, resamples - start)
-        chosen = generator.integers(0, sample.size, size=(rows, sample.size))
-        draws.append(np.asarray(statistic(sample[chosen], axis=-1)))
-    return np.concatenate(draws)
-
-
 def _paired(a: NDArray, b: NDArray) -> tuple[NDArray, NDArray]:
     if a.shape != b.shape or a.ndim != 1 or a.size == 0:
         raise StatisticsError(
             f"expected two equally long, non-empty rows, got {a.shape}, {b.shape}"
         )
     return a, b
-
-
-def _quantile(confidence: float) -> float:
-    return NormalDist().inv_cdf((1 + _checked_confidence(confidence)) / 2)
 
 
 def _checked_confidence(confidence: float) -> float:

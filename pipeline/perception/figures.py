@@ -14,7 +14,7 @@ from pipeline.evaluation.detections import FOUND
 from pipeline.perception.detection import Detector
 from pipeline.perception.drawing import annotated
 from pipeline.perception.pictures import Pictures
-from pipeline.reporting.style import LOOKS, legend_below, panels, save, styled
+from pipeline.presentation.style import LOOKS, legend_below, panels, save, styled
 
 COLUMNS = 4  # pictures side by side
 TILE = 400  # pixels, width of a picture in the sheet

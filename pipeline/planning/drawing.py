@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from pipeline.reporting.style import SOFT
+from pipeline.presentation.style import SOFT
 from robots.rotations import matrix_from_quaternion
 
 Array = NDArray[np.float64]

@@ -17,8 +17,8 @@ from pipeline.planning.control import control_points
 from pipeline.planning.drawing import draw_frames, draw_polygon, frame_box
 from pipeline.planning.flip_kernel import FLIP_STEP
 from pipeline.planning.motion import Motion
-from pipeline.reporting.naming import robot_title, solver_title
-from pipeline.reporting.style import (
+from pipeline.presentation.naming import robot_title, solver_title
+from pipeline.presentation.style import (
     INK,
     LOOKS,
     PAPER_COLOUR,

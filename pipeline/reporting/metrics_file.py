@@ -7,9 +7,9 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.reporting.naming import outcome_key
+from pipeline.presentation.naming import outcome_key
 from pipeline.reporting.results import Results
-from pipeline.reporting.tables_planner import one_row_a_plan
+from pipeline.reporting.topics.planner import one_row_a_plan
 
 MAIN = (
     "position_error_mm_mean",

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from PIL import Image
 
+from pipeline.presentation.columns import NOTHING
+from pipeline.presentation.naming import ordered_robots, robot_title, solver_title
+from pipeline.presentation.table import Table
+from pipeline.reporting.chapters import Chapter
 from pipeline.reporting.config import ReportConfig
-from pipeline.reporting.naming import ordered_robots, robot_title, solver_title
-from pipeline.reporting.outline import OUTLINE
 from pipeline.reporting.provenance import configurations, provenance_lines
 from pipeline.reporting.results import VIDEOS, Results
-from pipeline.reporting.table import Table
 
 TEMPLATE = "report.html.jinja"
 TYPES = {".png": "image/png", ".gif": "image/gif", ".mp4": "video/mp4"}
@@ -36,43 +37,24 @@ class Illustration:
 
 
 @dataclass(frozen=True)
-class Page:
-    """What the page shows.
+class Section:
+    """A chapter with what there is for it."""
 
-    Attributes:
+    chapter: Chapter
+    tables: list[Table]
+    figures: list[Illustration]
+
+
+def render(results: Results, config: ReportConfig, sections: Sequence[Section]) -> str:
+    """Return the page as HTML; every picture is inside the file.
+
+    Args:
         results: What was on disk, with notes on what was not.
         config: Title and sizes.
-        tables: All tables that have rows.
-        illustrations: All figures.
+        sections: The chapters, in order; one that has nothing to show is left out.
     """
-
-    results: Results
-    config: ReportConfig
-    tables: list[Table]
-    illustrations: list[Illustration]
-
-
-@dataclass
-class Section:
-    """A chapter of the page; it is left out where it has nothing to show."""
-
-    anchor: str
-    title: str
-    lead: str
-    tables: list[Table] = field(default_factory=list)
-    figures: list[dict[str, Any]] = field(default_factory=list)
-    media: list[dict[str, Any]] = field(default_factory=list)
-
-    @property
-    def empty(self) -> bool:
-        """Whether there is nothing in it."""
-        return not (self.tables or self.figures or self.media)
-
-
-def render(page: Page) -> str:
-    """Return the page as HTML; every picture is inside the file."""
-    budget = _Budget(page.config.embed_mb * BYTES_PER_MB)
-    sections = [section for section in _sections(page, budget) if not section.empty]
+    budget = _Budget(config.embed_mb * BYTES_PER_MB)
+    shown = [_section(section, results, config, budget) for section in sections]
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
         autoescape=True,
@@ -81,14 +63,14 @@ def render(page: Page) -> str:
         lstrip_blocks=True,
     )
     return environment.get_template(TEMPLATE).render(
-        title=page.config.title,
-        profile=page.results.folder.name,
-        robots=[robot_title(name) for name in ordered_robots(page.results.robots)],
-        headlines=_headlines(page.tables),
-        sections=sections,
-        notes=page.results.notes,
-        provenance=provenance_lines(page.results),
-        details=configurations(page.results),
+        title=config.title,
+        profile=results.folder.name,
+        robots=[robot_title(name) for name in ordered_robots(results.robots)],
+        headlines=_headlines([table for section in sections for table in section.tables]),
+        sections=[s for s in shown if s["tables"] or s["figures"] or s["media"]],
+        notes=results.notes,
+        provenance=provenance_lines(results),
+        details=configurations(results),
         fold_above=FOLD_ABOVE,
     )
 
@@ -106,26 +88,25 @@ class _Budget:
         return True
 
 
-def _sections(page: Page, budget: _Budget) -> Iterable[Section]:
-    tables = {table.name: table for table in page.tables}
-    figures = {illustration.name: illustration for illustration in page.illustrations}
-    for anchor, title, lead, table_names, figure_names, stages in OUTLINE:
-        section = Section(anchor, title, lead)
-        section.tables = [tables[name] for name in table_names if name in tables]
-        for name in figure_names:
-            if name in figures:
-                shown = figures[name]
-                section.figures.append(
-                    {
-                        "name": name,
-                        "caption": shown.caption,
-                        "source": _data_uri(shown.path),
-                        "width": _width(shown.path, page.config.dpi),
-                    }
-                )
-        for stage in stages:
-            section.media += _media(page.results, stage, budget)
-        yield section
+def _section(
+    section: Section, results: Results, config: ReportConfig, budget: _Budget
+) -> dict[str, Any]:
+    """What the template shows of a chapter."""
+    chapter = section.chapter
+    return {
+        "chapter": chapter,
+        "tables": section.tables,
+        "figures": [
+            {
+                "name": figure.name,
+                "caption": figure.caption,
+                "source": _data_uri(figure.path),
+                "width": _width(figure.path, config.dpi),
+            }
+            for figure in section.figures
+        ],
+        "media": [item for stage in chapter.media for item in _media(results, stage, budget)],
+    }
 
 
 def _media(results: Results, stage: str, budget: _Budget) -> list[dict[str, Any]]:
@@ -165,21 +146,19 @@ def _width(path: Path, dpi: int) -> int:
 
 def _headlines(tables: list[Table]) -> list[dict[str, str]]:
     """A card a robot: the network's precision in the paper's metric, and the paper's."""
-    cards = []
     table = next((t for t in tables if t.name == "table2_numerical_comparison"), None)
     if table is None:
         return []
     names = [column.name for column in table.columns]
-    for row in table.shown():
-        cells = dict(zip(names, row, strict=True))
-        if cells["solver"] == solver_title("cycleik") and cells["position_error_mean"] != "–":
-            cards.append(
-                {
-                    "robot": cells["robot"],
-                    "error": cells["position_error_mean"],
-                    "error_paper": cells["position_error_mean_paper"],
-                    "success": cells["success_rate"],
-                    "success_paper": cells["success_rate_paper"],
-                }
-            )
-    return cards
+    rows = [dict(zip(names, row, strict=True)) for row in table.shown()]
+    return [
+        {
+            "robot": cells["robot"],
+            "error": cells["position_error_mean"],
+            "error_paper": cells["position_error_mean_paper"],
+            "success": cells["success_rate"],
+            "success_paper": cells["success_rate_paper"],
+        }
+        for cells in rows
+        if cells["solver"] == solver_title("cycleik") and cells["position_error_mean"] != NOTHING
+    ]

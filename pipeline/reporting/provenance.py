@@ -6,8 +6,8 @@ import json
 from collections.abc import Iterable
 from typing import Any
 
+from pipeline.presentation.naming import robot_title, solver_title
 from pipeline.provenance import commit, made_by
-from pipeline.reporting.naming import robot_title, solver_title
 from pipeline.reporting.results import Results
 
 

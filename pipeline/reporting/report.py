@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import pandas as pd
+
 from pipeline.data.files import write_json, write_text
 from pipeline.errors import MissingArtifactError
+from pipeline.presentation.naming import ordered_robots
+from pipeline.presentation.published import Published, read_published
+from pipeline.presentation.style import save, styled
+from pipeline.presentation.table import Table
+from pipeline.reporting.chapters import CHAPTERS, TOPICS
 from pipeline.reporting.config import ReportConfig
-from pipeline.reporting.figure_plan import draw_figures
+from pipeline.reporting.data import ReportData, Topic
 from pipeline.reporting.metrics_file import headline_metrics
-from pipeline.reporting.page import Page, render
-from pipeline.reporting.published import read_published
-from pipeline.reporting.report_data import load, make_tables
-from pipeline.reporting.results import STAGES
-from pipeline.reporting.table import Table
+from pipeline.reporting.page import Illustration, Section, render
+from pipeline.reporting.results import STAGES, Results, read_results
+from pipeline.reporting.summary import summarise
+from pipeline.reporting.topics.pairs import compare_solvers
+from pipeline.reporting.topics.seeding import adjusted, same_budget, seed_effects
 
 WRITTEN = (".csv", ".md", ".tex", ".png", ".pdf")  # what a report leaves in tables/ and figures/
 
@@ -67,14 +74,20 @@ def make_report(
         html=results_dir / "report.html",
         metrics=results_dir / "metrics.json",
     )
-    tables = make_tables(data)
-    _remove_others(paths.tables, [path for table in tables for path in table.write(paths.tables)])
-    illustrations = draw_figures(data, paths.figures)
-    pictures = [picture.path for picture in illustrations]
+    sections = [
+        Section(
+            chapter,
+            make_tables(data, chapter.topics),
+            draw_figures(data, chapter.topics, paths.figures),
+        )
+        for chapter in CHAPTERS
+    ]
+    tables = [path for each in sections for t in each.tables for path in t.write(paths.tables)]
+    _remove_others(paths.tables, tables)
+    pictures = [figure.path for each in sections for figure in each.figures]
     _remove_others(paths.figures, [*pictures, *(p.with_suffix(".pdf") for p in pictures)])
     write_json(paths.metrics, headline_metrics(data.results, data.summary))
-    page = Page(data.results, config, tables, illustrations)
-    write_text(paths.html, render(page))
+    write_text(paths.html, render(data.results, config, sections))
     return paths
 
 
@@ -89,6 +102,59 @@ def make_table(results_dir: Path, published: Path, config: ReportConfig, name: s
     if not found:
         raise ValueError(f"no table '{name}'; there are {', '.join(t.name for t in tables)}")
     return found[0]
+
+
+def load(
+    results_dir: Path, published: Published, config: ReportConfig, profile: str = ""
+) -> ReportData:
+    """Read the results and summarise their raw rows, one file at a time."""
+    results = read_results(results_dir, profile)
+    lines = [summarise(rows, config) for rows in results.evaluate.values()]
+    summary = pd.concat(lines, ignore_index=True) if lines else pd.DataFrame()
+    pairs = []
+    for robot in ordered_robots(results.robots):
+        mine = [results.evaluate[robot, solver] for solver in results.solvers(robot)]
+        if len(mine) > 1:
+            pairs.append(compare_solvers(pd.concat(mine, ignore_index=True), config))
+    return ReportData(
+        results, published, summary, _joined(pairs), _effects(results, config), config
+    )
+
+
+def make_tables(data: ReportData, topics: Sequence[Topic] = TOPICS) -> list[Table]:
+    """Make every table of some topics that has rows, in the order of the report."""
+    made = [make(data) for topic in topics for make in topic.tables]
+    return [table for table in made if table.rows]
+
+
+def draw_figures(data: ReportData, topics: Sequence[Topic], folder: Path) -> list[Illustration]:
+    """Draw every figure of some topics that has rows, and say under each how to read it."""
+    illustrations = []
+    with styled():
+        for plot in (plot for topic in topics for plot in topic.plots):
+            if plot.needs(data):
+                png, _ = save(plot.draw(data), folder, plot.name, data.config.dpi)
+                illustrations.append(Illustration(plot.name, plot.caption_for(data), png))
+    return illustrations
+
+
+def _effects(results: Results, config: ReportConfig) -> pd.DataFrame:
+    """Pair rows from a neural seed with those from home; a pair of other budgets is noted."""
+    found = []
+    for (robot, solver, seeder), (rows, facts) in results.seeded.items():
+        place = f"evaluate/{robot}/{solver}.parquet"
+        if (robot, solver) not in results.evaluate:
+            results.notes.append(f"There is no {place} to compare the seeds of {seeder} with.")
+        elif not same_budget(results.evaluated[robot, solver], facts):
+            results.notes.append(f"{place} has another budget or settings than from {seeder}.")
+        else:
+            found.append(seed_effects(results.evaluate[robot, solver], rows, config))
+    return adjusted(_joined(found))
+
+
+def _joined(frames: Iterable[pd.DataFrame]) -> pd.DataFrame:
+    kept = [frame for frame in frames if len(frame)]
+    return pd.concat(kept, ignore_index=True) if kept else pd.DataFrame()
 
 
 def _remove_others(folder: Path, kept: Collection[Path]) -> None:

@@ -12,12 +12,12 @@ import pandas as pd
 from pipeline.data.tables import read_table
 from pipeline.errors import MissingArtifactError, PipelineError, choices
 from pipeline.evaluation.naming import solver_of_rows
+from pipeline.presentation.naming import NEURAL
+from pipeline.presentation.published import Published
+from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig
-from pipeline.reporting.naming import NEURAL
-from pipeline.reporting.published import Published
 from pipeline.reporting.summary import summarise
-from pipeline.reporting.table import Table
-from pipeline.reporting.tables_benchmark import neural_comparison, numerical_comparison
+from pipeline.reporting.topics.paper import neural_comparison, numerical_comparison
 
 Maker = Callable[[pd.DataFrame, Published], Table]
 # Name on the command line: what makes the table, and the solvers that it is about (all if empty).

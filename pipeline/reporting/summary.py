@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pipeline.evaluation.config import Tolerance
 from pipeline.evaluation.metrics import within
 from pipeline.evaluation.statistics import bootstrap_interval, wilson_interval
+from pipeline.presentation.naming import ordered_robots, ordered_solvers
 from pipeline.reporting.config import ReportConfig
 
 ERRORS = (
@@ -93,6 +94,23 @@ def main_batch(rows: pd.DataFrame) -> int:
     """Return the batch size that answered most poses, the smallest of equals."""
     counts = rows.groupby("batch_size").pose.nunique()
     return int(counts[counts == counts.max()].index.min())
+
+
+def counted(rows: pd.DataFrame, config: ReportConfig) -> pd.DataFrame:
+    """Return the rows that errors are read off, with what a pose without an answer counts."""
+    main = rows[rows.batch_size == main_batch(rows)]
+    return apply_not_found(main, config.not_found)
+
+
+def in_order(lines: pd.DataFrame) -> pd.DataFrame:
+    """Sort lines by robot, solver and batch size, in the order that all tables share."""
+    if lines.empty:
+        return lines
+    robots, solvers = ordered_robots(lines.robot), ordered_solvers(lines.solver)
+    places = lines.assign(
+        robot=lines.robot.map(robots.index), solver=lines.solver.map(solvers.index)
+    )
+    return lines.loc[places.sort_values(["robot", "solver", "batch_size"]).index]
 
 
 def _numbers(rows: pd.DataFrame, config: ReportConfig, main: bool) -> dict[str, Any]:

@@ -19,8 +19,8 @@ from optuna.distributions import BaseDistribution, CategoricalDistribution
 from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
 from optuna.trial import FrozenTrial, TrialState
 
-from pipeline.reporting.naming import robot_title
-from pipeline.reporting.style import (
+from pipeline.presentation.naming import robot_title
+from pipeline.presentation.style import (
     INK,
     LOOKS,
     PAPER_COLOUR,

@@ -13,12 +13,12 @@ from optuna.trial import FrozenTrial, TrialState
 from pipeline.config import to_dict
 from pipeline.data.files import write_json, write_text
 from pipeline.errors import PipelineError
+from pipeline.presentation.published import read_published
+from pipeline.presentation.table import Table
 from pipeline.provenance import ROOT
-from pipeline.reporting.published import read_published
-from pipeline.reporting.table import Table
-from pipeline.reporting.tables_tuning import found_hyperparameters
 from pipeline.settings import Config
 from pipeline.tuning.figures import write_figures
+from pipeline.tuning.hyperparameters import Hyperparameters, found_hyperparameters
 from pipeline.tuning.journal import WORKER
 from pipeline.tuning.space import draw
 from pipeline.tuning.study import ABANDONED, REASON, START, count
@@ -89,11 +89,13 @@ def _like_table_one(study: Study, config: Config) -> Table:
     ranked = sorted(complete, key=lambda trial: (trial.value, trial.number))
     rows = {f"trial {trial.number}": trial for trial in ranked[:SHOWN]}
     rows |= {f"trial {t.number}, the start": t for t in complete if START in t.user_attrs}
-    found: dict[str, dict[str, Any]] = {}
+    found = []
     for name, trial in rows.items():
         train, model = (to_dict(group) for group in draw(trial, config))
-        facts = {"parameters": trial.user_attrs.get("parameters"), "objective": trial.value}
-        found[name] = {"train": train, "model": model, **facts}
+        parameters = trial.user_attrs.get("parameters")
+        found.append(
+            Hyperparameters(config.robot.name, name, train, model, parameters, trial.value)
+        )
     return found_hyperparameters(config.robot.name, read_published(PUBLISHED), found)
 
 

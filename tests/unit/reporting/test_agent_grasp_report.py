@@ -8,11 +8,11 @@ import pandas as pd
 from synthetic import PUBLISHED, report_config
 
 from pipeline.data.tables import write_table
-from pipeline.reporting.figures_agent_grasps import agent_outcomes
-from pipeline.reporting.published import read_published
+from pipeline.presentation.published import read_published
 from pipeline.reporting.report import make_report
 from pipeline.reporting.results import read_results
-from pipeline.reporting.tables_agent_grasps import agent_failures, agent_grasping, agent_trials
+from pipeline.reporting.topics.agent import agent_failures, agent_grasping, agent_trials
+from pipeline.reporting.topics.outcomes import outcome_bars
 
 CLASSES = ["Success"] * 7 + ["Detection", "LLM", "Slipped"]
 
@@ -66,7 +66,7 @@ def test_the_report_has_the_chapter(tmp_path: Path) -> None:
         write_trials(tmp_path, robot, "perfect-policy")
     trials = agent_trials(read_results(tmp_path))
     assert list(trials["nico"]) == ["camera, embedded policy", "places told, embedded policy"]
-    figure = agent_outcomes(trials, read_published(PUBLISHED), report_config())
+    figure = outcome_bars(trials, read_published(PUBLISHED), report_config())
     assert len(figure.axes) == 2
     paths = make_report(tmp_path, PUBLISHED, report_config())
     page = paths.html.read_text(encoding="utf-8")

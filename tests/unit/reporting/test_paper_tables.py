@@ -6,10 +6,10 @@ from synthetic import PUBLISHED, SOLVERS, raw_rows, report_config
 
 from pipeline.data.tables import write_table
 from pipeline.errors import MissingArtifactError, PipelineError
-from pipeline.reporting.published import read_published
+from pipeline.presentation.published import read_published
 from pipeline.reporting.single import paper_table
 from pipeline.reporting.summary import summarise
-from pipeline.reporting.tables_benchmark import neural_comparison, numerical_comparison
+from pipeline.reporting.topics.paper import neural_comparison, numerical_comparison
 
 
 @pytest.fixture(scope="module")

@@ -9,11 +9,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from pipeline.reporting.figures_planner import planner_flips
-from pipeline.reporting.published import read_published
+from pipeline.presentation.published import read_published
+from pipeline.presentation.table import Table
 from pipeline.reporting.results import Results
-from pipeline.reporting.table import Table
-from pipeline.reporting.tables_planner import planner, planner_routes
+from pipeline.reporting.topics.planner import planner, planner_flips, planner_routes
 
 PUBLISHED = Path(__file__).parents[3] / "results" / "published_results.csv"
 # Pair 0 is followed as asked, 1 on another curve, 2 is stuck, 3 leaves the reach.

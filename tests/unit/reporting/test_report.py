@@ -9,11 +9,11 @@ from synthetic import PUBLISHED, raw_rows, report_config, write_results
 from pipeline.data.tables import write_table
 from pipeline.errors import MissingArtifactError
 from pipeline.reporting import report
-from pipeline.reporting.figures_experiment import training_curves
-from pipeline.reporting.published import read_published
+from pipeline.reporting.topics.training import training_curves
+from pipeline.presentation.published import read_published
 from pipeline.reporting.report import make_report, make_table
 from pipeline.reporting.results import read_results
-from pipeline.reporting.style import save, styled
+from pipeline.presentation.style import save, styled
 
 CONFIG = report_config(dpi=50, resamples=20)
 

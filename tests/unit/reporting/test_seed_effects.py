@@ -5,9 +5,9 @@ import pytest
 from synthetic import PUBLISHED, raw_rows, report_config, write_results
 
 from pipeline.data.tables import read_metadata, read_table, write_table
-from pipeline.reporting.published import read_published
+from pipeline.presentation.published import read_published
 from pipeline.reporting.report import load, make_table
-from pipeline.reporting.seeding import adjusted, seed_effects
+from pipeline.reporting.topics.seeding import adjusted, seed_effects
 
 
 def pair(poses=200):

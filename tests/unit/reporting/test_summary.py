@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from synthetic import raw_rows, report_config
 
-from pipeline.reporting.comparison import compare_solvers
 from pipeline.reporting.summary import apply_not_found, main_batch, successes, summarise
+from pipeline.reporting.topics.pairs import compare_solvers
 
 
 def four_rows():

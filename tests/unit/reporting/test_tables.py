@@ -2,19 +2,30 @@
 
 import csv
 import io
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
 from synthetic import PUBLISHED, raw_rows, report_config
 
-from pipeline.reporting.published import PublishedError, read_published
+from pipeline.presentation.columns import (
+    ROBOT,
+    count,
+    number,
+    p_value,
+    share,
+    significant,
+    text,
+    under,
+)
+from pipeline.presentation.published import PublishedError, read_published
+from pipeline.presentation.table import Table
 from pipeline.reporting.results import Results
 from pipeline.reporting.summary import summarise
-from pipeline.reporting.table import Column, Table, significant
-from pipeline.reporting.tables_benchmark import neural_comparison, numerical_comparison
-from pipeline.reporting.tables_planner import planner
-from pipeline.reporting.tables_training import hyperparameters
-from pipeline.reporting.tables_trials import grasping
+from pipeline.reporting.topics.outcomes import grasping
+from pipeline.reporting.topics.paper import neural_comparison, numerical_comparison
+from pipeline.reporting.topics.planner import planner
+from pipeline.reporting.topics.training import hyperparameters
 
 
 @pytest.fixture(scope="module")
@@ -135,17 +146,18 @@ def test_planner_rows_say_how_many_paths_stay_in_reach_and_can_be_followed(tmp_p
     assert float(placo["followed_without_flip"]) == 0.5
 
 
+COLUMNS = (
+    text("name", "Name"),
+    *under("ours", number("error_mm", "error [mm]", "error"), share("share", "share [%]", "rate")),
+)
+
+
 @pytest.fixture
 def small():
-    columns = [
-        Column("name", "Name"),
-        Column("error_mm", "error [mm]", "ours", 3),
-        Column("share", "share [%]", "ours", percent=1),
-    ]
-    table = Table("small", "A & B", "50 % of a_b | c", columns)
-    table.add(name="x|y_z", error_mm=0.012345, share=0.5)
-    table.add(name="none", error_mm=float("nan"))
-    return table
+    lines = pd.DataFrame(
+        {"name": ["x|y_z", "none"], "error": [0.012345, None], "rate": [0.5, None]}
+    )
+    return Table.of(lines, COLUMNS, name="small", title="A & B", caption="50 % of a_b | c")
 
 
 def test_csv_keeps_full_precision_and_leaves_gaps_empty(small):
@@ -170,16 +182,29 @@ def test_latex_escapes_what_latex_would_eat(small):
 
 
 def test_html_escapes_and_says_a_repeated_name_once():
-    table = Table("t", "T", "", [Column("robot", "Robot"), Column("a", "a")])
-    table.add(robot="<b>", a="1")
-    table.add(robot="<b>", a="2")
+    columns = (text("robot", "Robot"), text("a", "a"))
+    lines = [{"robot": "<b>", "a": "1"}, {"robot": "<b>", "a": "2"}]
+    table = Table.of(lines, columns, name="t", title="T", caption="")
     assert table.to_html().count("&lt;b&gt;") == 1
     assert "<b>" not in table.to_html()
 
 
-def test_an_unknown_column_is_refused(small):
-    with pytest.raises(KeyError, match="eror"):
-        small.add(eror=1.0)
+def test_a_column_whose_source_is_not_in_the_lines_is_refused():
+    lines = pd.DataFrame({"name": ["a"], "eror": [1.0], "rate": [0.5]})
+    with pytest.raises(KeyError, match=r"table small have no column .*error"):
+        Table.of(lines, COLUMNS, name="small", title="", caption="")
+    assert Table.of(pd.DataFrame(), COLUMNS, name="small", title="", caption="").rows == []
+
+
+def test_a_cell_comes_from_a_key_an_attribute_or_a_function_and_keeps_its_kind():
+    line = {"poses": 3.0, "robot": "nico", "gap": float("nan")}
+    assert count("poses", "").cell(line) == 3
+    assert isinstance(count("poses", "").cell(line), int)
+    assert count("gap", "").cell(line) != count("gap", "").cell(line)  # NaN stays a gap
+    assert ROBOT.cell(line) == "NICO"
+    assert ROBOT.cell(SimpleNamespace(robot="panda")) == "Panda"
+    assert number("half", "", lambda row: row["poses"] / 2).cell(line) == 1.5
+    assert [p_value("p").cell({"p": p}) for p in (0.0004, 0.25)] == ["< 0.001", "0.250"]
 
 
 @pytest.mark.parametrize(

@@ -1,64 +1,24 @@
-"""A table as data: typed cells in, CSV, Markdown, LaTeX and HTML out."""
+"""A table as data: lines and columns in, CSV, Markdown, LaTeX and HTML out."""
 
 from __future__ import annotations
 
 import csv
 import html
 import io
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
+
+import pandas as pd
 
 from pipeline.data.files import write_text
+from pipeline.presentation.columns import NOTHING, Cell, Column, absent
 
-Cell = str | float | int | None
-MOST_DECIMALS, SMALLEST = 4, 1e-4  # mm, deg and ms: finer is noise to a reader; the CSV has it
 MADE_BY = "made by `python -m pipeline report` from the raw rows; do not edit"
-NOTHING = "–"  # what is not there
 TEX_SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}"}
 TEX_SYMBOLS = {"σ": r"$\sigma$", "Δ": r"$\Delta$", "µ": r"$\mu$", "–": "--", "±": r"$\pm$"}
 TEX_SYMBOLS |= {"≤": r"$\le$", "×": r"$\times$", "−": "$-$", "°": r"$^\circ$", "…": r"\dots{}"}
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column of a table.
-
-    Attributes:
-        name: Name in the CSV, with its unit.
-        title: Heading for people.
-        group: Heading above, shared with neighbours.
-        digits: Significant digits for numbers; None for text.
-        signed: Show a plus sign too: a difference.
-        percent: Numbers are shares, shown in per cent with that many decimals.
-        decimals: Decimals instead of significant digits.
-        link: Text is the path of a file, seen from the report; HTML links to it.
-    """
-
-    name: str
-    title: str
-    group: str = ""
-    digits: int | None = None
-    signed: bool = False
-    percent: int | None = None
-    decimals: int | None = None
-    link: bool = False
-
-    def show(self, value: Cell) -> str:
-        """Format a cell for people; what is not there is a dash."""
-        if value is None or (isinstance(value, float) and math.isnan(value)):
-            return NOTHING
-        if isinstance(value, str | bool):
-            return str(value)
-        sign = "+" if self.signed else ""
-        if self.percent is not None:
-            return f"{value * 100:{sign}.{self.percent}f}".replace("-", "−")
-        if self.decimals is not None:
-            return f"{value:{sign}.{self.decimals}f}".replace("-", "−")
-        if self.digits is None:
-            return f"{value:,}" if isinstance(value, int) else f"{value:g}"
-        return significant(float(value), self.digits, self.signed)
 
 
 @dataclass
@@ -81,12 +41,43 @@ class Table:
     rows: list[list[Cell]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    def add(self, **cells: Cell) -> None:
-        """Append a row by column name; columns left out stay empty."""
-        unknown = set(cells) - {column.name for column in self.columns}
-        if unknown:
-            raise KeyError(f"table {self.name} has no column {sorted(unknown)}")
-        self.rows.append([cells.get(column.name) for column in self.columns])
+    @classmethod
+    def of(
+        cls,
+        lines: pd.DataFrame | Iterable[Any],
+        columns: Sequence[Column],
+        *,
+        name: str,
+        title: str,
+        caption: str,
+        notes: Sequence[str] = (),
+    ) -> Table:
+        """Make a table with a row for every line.
+
+        Args:
+            lines: What the rows are made of: a data frame, mappings or objects.
+            columns: What of each line is shown, and how.
+            name: File name without suffix.
+            title: Heading.
+            caption: One or two sentences: what, on what, in which unit.
+            notes: Remarks below the table.
+
+        Raises:
+            KeyError: The data frame lacks the source of a column.
+        """
+        if isinstance(lines, pd.DataFrame):
+            named = [c.name if c.source is None else c.source for c in columns]
+            missing = [s for s in named if isinstance(s, str) and s not in lines.columns]
+            if missing and len(lines):
+                raise KeyError(f"the lines of table {name} have no column {missing}")
+            lines = lines.to_dict("records")
+        rows = [[column.cell(line) for column in columns] for line in lines]
+        return cls(name, title, caption, list(columns), rows, list(notes))
+
+    def records(self) -> list[dict[str, Cell]]:
+        """Return the rows, each as cells by column name."""
+        names = [column.name for column in self.columns]
+        return [dict(zip(names, row, strict=True)) for row in self.rows]
 
     def shown(self) -> list[list[str]]:
         """Return the rows as text for people."""
@@ -111,7 +102,7 @@ class Table:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow([column.name for column in self.columns])
         for row in self.rows:
-            writer.writerow(["" if _absent(cell) else cell for cell in row])
+            writer.writerow(["" if absent(cell) else cell for cell in row])
         return stream.getvalue()
 
     def to_markdown(self) -> str:
@@ -200,30 +191,12 @@ class _Typed:
         return f"{kind} start" if self.starts_group else kind
 
 
-def significant(value: float, digits: int, signed: bool = False) -> str:
-    """Format a number with so many significant digits, but at most four decimals."""
-    if not math.isfinite(value):
-        return str(value)
-    sign = "+" if signed else ""
-    if value == 0:
-        return f"{0:{sign}.0f}"
-    if abs(value) < SMALLEST / 2:
-        return f"< {SMALLEST:g}" if value > 0 else f"> −{SMALLEST:g}"
-    magnitude = math.floor(math.log10(abs(value)))
-    decimals = min(max(digits - 1 - magnitude, 0), MOST_DECIMALS)
-    return f"{value:{sign},.{decimals}f}".replace("-", "−")
-
-
 def _html(column: Column, text: str) -> str:
     """A cell in HTML: a link, or the text."""
     escaped = html.escape(text)
     if column.link and text != NOTHING:
         return f'<a href="{escaped}">{html.escape(Path(text).name)}</a>'
     return escaped
-
-
-def _absent(cell: Cell) -> bool:
-    return cell is None or (isinstance(cell, float) and math.isnan(cell))
 
 
 def _no_bar(text: str) -> str:

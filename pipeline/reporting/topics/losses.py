@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from pipeline.reporting.naming import ordered_robots, robot_title
-from pipeline.reporting.style import LOOKS, legend_below, logarithmic, panels
+from pipeline.presentation.columns import ROBOT, Column, count, text
+from pipeline.presentation.naming import ordered_robots, robot_title
+from pipeline.presentation.style import LOOKS, legend_below, logarithmic, panels
+from pipeline.presentation.table import Table
+from pipeline.reporting.data import Plot, Topic
 from pipeline.reporting.sweeps import SweptRun, alike
-from pipeline.reporting.table import Column, Table
 
 NEW, FORMER = "smooth", "former"
 TITLES = {NEW: "new losses (equations 4, 5, 8)", FORMER: "former losses (equations 3, 6)"}
@@ -121,42 +123,70 @@ def verdict(found: list[LossComparison]) -> str:
     return " ".join(parts)
 
 
+@dataclass(frozen=True)
+class Ended:
+    """One loss of a comparison, with the errors of its runs after the last step."""
+
+    comparison: LossComparison
+    loss: str
+
+    @property
+    def robot(self) -> str:
+        """Name of the robot."""
+        return self.comparison.robot
+
+    def last(self, kind: str) -> pd.Series:
+        """Return a kind of error of every run."""
+        return self.comparison.curves[self.loss, kind].iloc[-1]
+
+
+def _over_runs(kind: str, statistic: str) -> Callable[[Ended], float]:
+    return lambda line: line.last(kind).agg(statistic)
+
+
+STATISTICS = {"mean": "mean", "least": "min", "largest": "max"}
+COLUMNS = (
+    ROBOT,
+    text("loss", "Losses", convert=TITLES.get),
+    count("runs", "runs", lambda line: line.comparison.runs(line.loss)),
+    count("epochs", "epochs", lambda line: line.comparison.epochs),
+    *(
+        Column(f"{kind}_{what}", what, label, _over_runs(kind, statistic), float, 3)
+        for kind, label in KINDS
+        for what, statistic in STATISTICS.items()
+    ),
+)
+
+
 def losses_table(found: list[LossComparison]) -> Table:
     """Final errors by robot and loss, mean and range over the runs."""
-    table = Table(
+    return Table.of(
+        [Ended(comparison, loss) for comparison in found for loss in TITLES],
+        COLUMNS,
         name="losses",
         title="Former and new losses at equal steps",
         caption="Mean Euclidean and geodesic errors on the validation set after the last step, "
         "mean and range over the runs. " + (verdict(found) if found else ""),
-        columns=[
-            Column("robot", "Robot"),
-            Column("loss", "Losses"),
-            Column("runs", "runs"),
-            Column("epochs", "epochs"),
-            *(
-                Column(f"{kind}_{what}", what, label, 3)
-                for kind, label in KINDS
-                for what in ("mean", "least", "largest")
-            ),
-        ],
     )
-    for comparison in found:
-        for loss, title in TITLES.items():
-            last = {kind: comparison.curves[loss, kind].iloc[-1] for kind, _ in KINDS}
-            cells = {f"{kind}_mean": float(np.mean(values)) for kind, values in last.items()}
-            cells |= {f"{kind}_least": float(np.min(values)) for kind, values in last.items()}
-            cells |= {f"{kind}_largest": float(np.max(values)) for kind, values in last.items()}
-            table.add(
-                robot=robot_title(comparison.robot),
-                loss=title,
-                runs=comparison.runs(loss),
-                epochs=comparison.epochs,
-                **cells,
-            )
-    return table
 
 
 def _curves(runs: list[SweptRun], kind: str) -> pd.DataFrame:
     """One kind of validation errors: index samples, a column a run."""
     columns = [run.curve.set_index("samples")[kind].dropna() for run in runs if kind in run.curve]
     return pd.concat(columns, axis=1).dropna() if columns else pd.DataFrame()
+
+
+TOPIC = Topic(
+    tables=(lambda data: losses_table(compare_losses(data.results.swept)),),
+    plots=(
+        Plot(
+            "losses",
+            lambda data: (
+                "Former and new losses at equal steps: mean of the runs, and from the "
+                f"smallest to the largest. {verdict(compare_losses(data.results.swept))}"
+            ),
+            lambda data: compare_losses(data.results.swept),
+            lambda data: losses_figure(compare_losses(data.results.swept)),
+        ),
+    ),
+)

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from pipeline.data.files import replacing
-from pipeline.reporting.naming import ordered_solvers
+from pipeline.presentation.naming import ordered_robots, ordered_solvers, robot_title
 
 INK, SOFT = "#1f2933", "#7b8794"
 COLUMNS = 3  # panels side by side: a robot each
@@ -89,6 +89,27 @@ def panels(
     for axis in axes[count:]:
         axis.remove()
     return figure, axes[:count]
+
+
+def robot_panels(
+    robots: Iterable[str], width: float, height: float, columns: int = COLUMNS
+) -> tuple[Figure, dict[str, Axes]]:
+    """Make a figure with a panel a robot, titled with it, in the order of all figures.
+
+    Args:
+        robots: Names of robots, each any number of times.
+        width: Width of a panel [inch].
+        height: Height of a panel [inch].
+        columns: Panels side by side at most.
+
+    Returns:
+        The figure and its axes by robot.
+    """
+    names = ordered_robots(robots)
+    figure, axes = panels(len(names), width, height, columns)
+    for name, axis in zip(names, axes, strict=True):
+        axis.set_title(robot_title(name))
+    return figure, dict(zip(names, axes, strict=True))
 
 
 def label_first_column(axes: Iterable[Axes], label: str) -> None:

@@ -1,0 +1,94 @@
+"""The chapters of the report: which topics are shown where, in which order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pipeline.reporting.data import Topic
+from pipeline.reporting.topics import (
+    agent,
+    detector,
+    experiments,
+    grasps,
+    losses,
+    outcomes,
+    pairs,
+    paper,
+    planner,
+    precision,
+    seeding,
+    timing,
+    training,
+    tuning,
+)
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """A chapter of the report; it is left out where it has nothing to show.
+
+    Attributes:
+        anchor: Link to it on the page.
+        title: Heading.
+        lead: One sentence below it.
+        topics: What it is about, in order.
+        media: Stages whose pictures and videos belong there.
+    """
+
+    anchor: str
+    title: str
+    lead: str
+    topics: tuple[Topic, ...]
+    media: tuple[str, ...] = ()
+
+
+CHAPTERS = (
+    Chapter(
+        "paper",
+        "Against the paper",
+        "The paper's tables with this run beside them, in the paper's own metric.",
+        (paper.TOPIC,),
+    ),
+    Chapter(
+        "solvers",
+        "Who is precise, who is fast",
+        "The same poses for every solver; errors recomputed from the joints by Pinocchio.",
+        (precision.TOPIC, timing.TOPIC, seeding.TOPIC, pairs.TOPIC),
+    ),
+    Chapter(
+        "training",
+        "Data, training and search",
+        "What the networks learned from, how they learned, and with which settings.",
+        (training.TOPIC, tuning.TOPIC),
+        ("tune", "train"),
+    ),
+    Chapter(
+        "experiments",
+        "Experiments",
+        "Runs on demand: losses at equal steps, secondary goals, many solutions of one pose.",
+        (losses.TOPIC, experiments.TOPIC),
+        ("sample",),
+    ),
+    Chapter(
+        "planning",
+        "Motion planning",
+        "Bezier curves in position, spherical interpolation in rotation, one batched query.",
+        (planner.TOPIC,),
+        ("plan",),
+    ),
+    Chapter(
+        "grasping",
+        "Grasping",
+        "Pick, lift and drop in a physics simulation; held by contact and friction alone.",
+        (outcomes.TOPIC, grasps.TOPIC),
+        ("grasp", "grasp_study"),
+    ),
+    Chapter(
+        "human_in_the_loop",
+        "Human in the loop",
+        "The robot sees its table, is told a sentence and acts: camera, detector, agent, body.",
+        (agent.TOPIC, detector.TOPIC),
+        ("grasp_agent", "detector"),
+    ),
+)
+TOPICS = tuple(topic for chapter in CHAPTERS for topic in chapter.topics)
