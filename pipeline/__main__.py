@@ -27,6 +27,7 @@ Looking around:
   doctor     versions, threads, accelerator, and what is missing
   paths      where the tables, figures and the report are
   table      Table II or III of the paper from the raw rows, in seconds: table table2
+  claims     every published number beside ours, and every claim of the paper with a verdict
   export-weights
              put trained weights beside the robot's description: export-weights robot=panda
   readme     renew the table and the picture of README.md from the last run: readme [ROBOT]

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from pipeline.commands.benchmark import benchmark
 from pipeline.commands.chat import chat
+from pipeline.commands.claims import claims
 from pipeline.commands.compare import compare
 from pipeline.commands.export_weights import export_weights
 from pipeline.commands.look import doctor, paths, robot, robots, solvers
@@ -21,6 +22,7 @@ COMMANDS: dict[str, Command] = {
     "robots": robots,
     "robot": robot,
     "solvers": solvers,
+    "claims": claims,
     "compare": compare,
     "doctor": doctor,
     "paths": paths,

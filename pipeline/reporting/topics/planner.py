@@ -213,7 +213,9 @@ ROUTES = (
     ),
     *under(
         "plan time, in reach, median [ms]",
-        number("time_requested_ms", "as asked", _quantile(0.5, "plan_time_ms", "in_reach", "direct")),
+        number(
+            "time_requested_ms", "as asked", _quantile(0.5, "plan_time_ms", "in_reach", "direct")
+        ),
         number(
             "time_rerouted_ms",
             "on another curve",

@@ -11,10 +11,10 @@ import pytest
 
 from pipeline.data.files import write_json
 from pipeline.data.tables import write_table
-from pipeline.reporting.topics.losses import compare_losses, losses_figure, losses_table, verdict
 from pipeline.reporting.report import make_report, make_table
 from pipeline.reporting.results import read_results
 from pipeline.reporting.topics.experiments import constraints, solutions
+from pipeline.reporting.topics.losses import compare_losses, losses_figure, losses_table, verdict
 from tests.unit.reporting.synthetic import PUBLISHED, report_config
 
 GOAL = {"joints": ["b", 2], "posture": 0.5, "weight": 0.1, "link": None, "pose": None}

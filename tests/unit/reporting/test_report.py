@@ -8,12 +8,12 @@ from synthetic import PUBLISHED, raw_rows, report_config, write_results
 
 from pipeline.data.tables import write_table
 from pipeline.errors import MissingArtifactError
-from pipeline.reporting import report
-from pipeline.reporting.topics.training import training_curves
 from pipeline.presentation.published import read_published
+from pipeline.presentation.style import save, styled
+from pipeline.reporting import report
 from pipeline.reporting.report import make_report, make_table
 from pipeline.reporting.results import read_results
-from pipeline.presentation.style import save, styled
+from pipeline.reporting.topics.training import training_curves
 
 CONFIG = report_config(dpi=50, resamples=20)
 
@@ -90,7 +90,7 @@ def test_a_folder_that_no_stage_wrote_to_is_refused_and_not_made(tmp_path):
 
 
 def test_leftovers_of_a_kill_and_of_an_earlier_report_are_not_shown(tmp_path, monkeypatch):
-    monkeypatch.setattr(report, "draw_figures", lambda data, folder: [])
+    monkeypatch.setattr(report, "draw_figures", lambda data, topics, folder: [])
     root = write_results(tmp_path / "quick", ("panda",), ("lm",), 20)
     (root / "evaluate" / "panda" / ".placo.123.partial.parquet").write_bytes(b"PAR1")
     (root / "plan" / "panda" / ".plans.123.partial.parquet").write_bytes(b"PAR1")
@@ -116,7 +116,7 @@ def test_the_rows_say_that_they_are_of_a_smoke_run(tmp_path):
 
 
 def test_damaged_files_are_named_and_the_rest_is_shown(tmp_path, monkeypatch):
-    monkeypatch.setattr(report, "draw_figures", lambda data, folder: [])
+    monkeypatch.setattr(report, "draw_figures", lambda data, topics, folder: [])
     root = write_results(tmp_path / "quick", ("panda",), ("cycleik", "lm"), 20)
     damaged = root / "evaluate" / "panda" / "lm.parquet"
     damaged.write_bytes(damaged.read_bytes()[:200])

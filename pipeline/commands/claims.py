@@ -1,0 +1,55 @@
+"""`claims`: every published number beside ours, and every claim of the paper with a verdict."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from pipeline.config import compose
+from pipeline.presentation.published import read_published
+from pipeline.presentation.table import Table
+from pipeline.provenance import ROOT
+from pipeline.reporting.claims import claims_table, every_claim, read_claims
+from pipeline.reporting.evidence import Evidence
+from pipeline.reporting.numbers import Setting, every_number, numbers_table
+from robots import load_robot
+
+HELP = """\
+Prints every published number beside ours, and every claim of the paper with its verdict, from
+results/published_results.csv, results/claims.yaml and the tables below results/.
+"""
+
+
+def claims(arguments: list[str]) -> int:
+    """Print both tables; with a folder they are written there as CSV, Markdown and LaTeX too."""
+    parser = argparse.ArgumentParser(prog="python -m pipeline claims", description=HELP)
+    parser.add_argument("--write", metavar="FOLDER", type=Path, help="write both tables there too")
+    folder = parser.parse_args(arguments).write
+    for table in closing_tables(ROOT / "results"):
+        print(table.to_markdown())
+        for path in table.write(folder) if folder else ():
+            print(path, file=sys.stderr)
+    return 0
+
+
+def closing_tables(results: Path) -> tuple[Table, Table]:
+    """Make the tables of every published number and of every claim.
+
+    Args:
+        results: Folder with `published_results.csv`, `claims.yaml` and the folders of tables.
+    """
+    published = read_published(results / "published_results.csv")
+    entries, reasons = read_claims(results / "claims.yaml")
+    evidence = Evidence(results)
+    settings = {robot: table_one(robot) for robot in published.robots("hyperparameters")}
+    numbers = every_number(published, evidence, settings, reasons)
+    return numbers_table(numbers), claims_table(every_claim(entries, evidence))
+
+
+def table_one(robot: str) -> Setting:
+    """Return what Table I's network of a robot is configured with here."""
+    config = compose([f"robot={robot}"]).robot.table_one
+    names = ("batch_size", "learning_rate", "tanh_layers", "position_weight", "rotation_weight")
+    values = {name: float(getattr(config, name)) for name in names}
+    return Setting(values, config.hidden, load_robot(robot).dof)
