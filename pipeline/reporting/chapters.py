@@ -51,14 +51,14 @@ CHAPTERS = (
     ),
     Chapter(
         "solvers",
-        "Who is precise, who is fast",
+        "Precision and time",
         "The same poses for every solver; errors recomputed from the joints by Pinocchio.",
         (precision.TOPIC, timing.TOPIC, seeding.TOPIC, pairs.TOPIC),
     ),
     Chapter(
         "training",
         "Data, training and search",
-        "What the networks learned from, how they learned, and with which settings.",
+        "Pose sets, training runs and hyperparameters of the networks.",
         (training.TOPIC, tuning.TOPIC),
         ("tune", "train"),
     ),
@@ -86,7 +86,7 @@ CHAPTERS = (
     Chapter(
         "human_in_the_loop",
         "Human in the loop",
-        "The robot sees its table, is told a sentence and acts: camera, detector, agent, body.",
+        "The robot perceives its table, receives an instruction and acts, on camera images.",
         (agent.TOPIC, detector.TOPIC),
         ("grasp_agent", "detector"),
     ),

@@ -19,6 +19,11 @@ class SuccessConfig:
     paper: Tolerance = field(default_factory=Tolerance)
 
 
+def tolerance_title(tolerance: Tolerance) -> str:
+    """Return how a tolerance is written, such as ``1 mm / 1 deg``."""
+    return f"{tolerance.position_mm:g} mm / {tolerance.rotation_deg:g} deg"
+
+
 @dataclass
 class ReportConfig:
     """Tables, figures and report.html."""

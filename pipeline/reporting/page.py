@@ -24,7 +24,7 @@ TYPES = {".png": "image/png", ".gif": "image/gif", ".mp4": "video/mp4"}
 SHOWN_MEDIA = 12  # pictures and videos of one stage and robot; the rest is counted
 BYTES_PER_MB = 1e6
 PIXELS_PER_INCH = 125
-FOLD_ABOVE = 36  # rows beyond which a table is folded away until it is asked for
+FOLD_ABOVE = 36  # rows beyond which a table is folded away until it is opened
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pipeline.provenance import ROOT
-from pipeline.reporting import make_report
+from pipeline.reporting.report import make_report
 from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts
 

@@ -17,7 +17,7 @@ from pipeline.reporting.results import Results
 from pipeline.reporting.topics.outcomes import OUTCOME_COLUMNS, Counted, outcome_bars
 
 EVIDENCE = "evidence"  # folder beside the rows: transcripts and pictures
-SETTINGS = {"perfect": "places told", "camera": "camera"}
+SETTINGS = {"perfect": "ground truth", "camera": "camera"}
 AGENTS = {"none": "no agent", "policy": "embedded policy", "endpoint": "chat endpoint"}
 SUCCESS = OUTCOMES["success"]
 
@@ -43,15 +43,15 @@ class Seen:
         return self.rows["sighting_error_mm"].dropna()
 
 
-SETTING = text("setting", "sees by, told by", convert=setting_title)
+SETTING = text("setting", "perception / agent", convert=setting_title)
 SIGHT = (
     ROBOT,
     SETTING,
     text("object", "object", convert=plain),
     count("trials", "trials", lambda line: len(line.rows)),
-    share("seen", "seen", lambda line: (line.rows["seen_as"] == line.object).mean(), 0),
+    share("seen", "detected", lambda line: (line.rows["seen_as"] == line.object).mean(), 0),
     *under(
-        "error of the place [mm]",
+        "position error [mm]",
         number("error_mean_mm", "mean", lambda line: line.errors.mean()),
         number("error_p95_mm", "p95", lambda line: line.errors.quantile(0.95)),
     ),
@@ -64,7 +64,7 @@ FAILURES = (
     text("object", "object", convert=plain),
     text("outcome", "Outcome", "class"),
     text("reason", "reason"),
-    text("seen_as", "seen as", lambda row: plain(row["seen_as"]) or None),
+    text("seen_as", "detected as", lambda row: plain(row["seen_as"]) or None),
     number("error_mm", "error [mm]", "sighting_error_mm", 2),
     text("picture", "picture", lambda row: _link(row, "picture"), link=True),
     text("transcript", "transcript", lambda row: _link(row, "transcript"), link=True),
@@ -72,7 +72,7 @@ FAILURES = (
 
 
 def agent_grasping(results: Results, published: Published, config: ReportConfig) -> Table:
-    """Figure 5 with what it takes: a camera, a detector and an agent, the paper beside."""
+    """Figure 5 with camera, detector and agent, beside the paper."""
     return Table.of(
         [
             Counted(robot, key, trials, config.confidence, published, of=setting)
@@ -91,14 +91,14 @@ def agent_grasping(results: Results, published: Published, config: ReportConfig)
         f"{config.confidence * 100:g} % Wilson intervals. Ours in simulation with a rendered "
         "camera; the paper's 100 trials a robot on hardware with ViLD and GPT-3.5.",
         notes=[
-            "Detection: not seen where it lay, or taken for another object, and not grasped. LLM: "
-            "seen, but the agent did not have it grasped.",
+            "Detection: not detected at its position, or as another object, and not grasped. LLM: "
+            "detected, but the agent did not request its grasp.",
         ],
     )
 
 
 def agent_sight(results: Results) -> Table:
-    """How well objects were seen in those trials, by object."""
+    """How well objects were detected in those trials, by object."""
     return Table.of(
         [
             Seen(robot, setting, str(name), part)
@@ -107,9 +107,9 @@ def agent_sight(results: Results) -> Table:
         ],
         SIGHT,
         name="human_in_the_loop_sight",
-        title="What was seen in these trials",
-        caption="Objects of the rows: how many were seen under their own name within reach of "
-        "where they lay, how far off, and what became of them.",
+        title="Perception in these trials",
+        caption="Objects of the rows: the share that was detected with the right class near the "
+        "true position, the position error, and the success.",
     )
 
 
@@ -124,9 +124,9 @@ def agent_failures(results: Results) -> Table:
         FAILURES,
         name="human_in_the_loop_failures",
         title="Failures of these trials",
-        caption="Each failed trial with its reason. The picture has what was seen drawn into it "
-        "(red: what the trial was about; green crosses: where the objects really lay); the "
-        "transcript has every message of its row and every action.",
+        caption="Each failed trial with its reason. The picture shows the detections (red: the "
+        "object of the trial; green crosses: true positions); the transcript has every message of "
+        "its row and every action.",
     )
 
 

@@ -1,4 +1,4 @@
-"""The detectors: what is found in held-out pictures, and how far off its place is."""
+"""The detectors: detections in held-out images, and their position error."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipeline.reporting.results import Results
 COLUMNS = (
     ROBOT,
     text("object", "object", convert=plain),
-    count("objects", "in pictures"),
+    count("objects", "in images"),
     share("map50", "mAP50 [%]", lambda line: line.get("map50", line.get("ap50"))),
     share("precision", "precision [%]"),
     share("recall", "recall [%]"),
@@ -36,11 +36,11 @@ def detectors(results: Results) -> Table:
         lines,
         COLUMNS,
         name="detector",
-        title="What the eyes find",
+        title="Detector on held-out images",
         caption="The embedded detector on renderings whose light, camera pose and surroundings are "
         "drawn from ranges that training never saw: mean average precision at an overlap of 0.5, "
-        "precision and recall at the threshold in use, and the error of the place on the table, "
-        "the camera being calibrated.",
+        "precision and recall at the threshold in use, and the position error on the table, "
+        "with a calibrated camera.",
     )
 
 

@@ -168,7 +168,7 @@ SOLUTIONS = (
     number("position_error_mm", "position error [mm]", _mean("position_error_mm")),
     number("rotation_error_deg", "rotation error [deg]", _mean("rotation_error_deg")),
     share("found", "found [%]", _refined(lambda line: line.mean("found"))),
-    share("left", "left [%]", _refined(lambda line: float((line.rows.starts > 1).mean()))),
+    share("left", "restarted [%]", _refined(lambda line: float((line.rows.starts > 1).mean()))),
 )
 
 
@@ -188,7 +188,7 @@ def solutions(results: Results) -> Table:
         caption="Solutions that a solver draws of test poses, as drawn and after each was refined "
         "by the compiled Levenberg-Marquardt kernel. Spread: standard deviation of a joint over "
         "the solutions of a pose, mean over poses. Wide joints: those that spread by "
-        f"{WIDE_RAD:g} rad or more. Left: share of refinements that ended on another start.",
+        f"{WIDE_RAD:g} rad or more. Restarted: share of refinements that ended on another start.",
     )
 
 

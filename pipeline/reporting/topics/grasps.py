@@ -24,7 +24,7 @@ COLOURS = ("#0b3c5d", "#e69f00", "#d55e00", "#cc79a7", "#6b4c9a")  # a class eac
 # Settings that a study varies: their column in the raw rows, and how a value is called.
 AXES = {
     "solver": ("solver", "solver"),
-    "position_error": ("position_error_mm", "error of the place [mm]"),
+    "position_error": ("position_error_mm", "position error [mm]"),
     "tension_scale": ("tension_scale", "tension [times the scene's]"),
     "friction_scale": ("friction_scale", "friction [times the scene's]"),
     "rate": ("rate_hz", "rate [Hz]"),
@@ -58,7 +58,7 @@ def grasp_objects(results: Results, config: ReportConfig) -> Table:
         lines,
         (ROBOT, text("by", "by"), text("value", "value", "of"), *SUCCESS_COLUMNS),
         name="grasp_success_by",
-        title="Success by object and by place",
+        title="Success by object and by position",
         caption=f"Share of trials that succeeded with {config.confidence * 100:g} % Wilson "
         "intervals. Rows are counted from the near side; sides are as the robot sees them.",
     )
@@ -204,8 +204,8 @@ TOPIC = Topic(
     plots=(
         Plot(
             "grasp_places",
-            "Where the object of each trial lay, seen from above with the robot below, and what "
-            "came of it; success by object with Wilson intervals.",
+            "Position of the object of each trial, seen from above with the robot below, and the "
+            "outcome; success by object with Wilson intervals.",
             lambda data: with_places(data.results.grasp),
             lambda data: grasp_places(with_places(data.results.grasp), data.config),
         ),

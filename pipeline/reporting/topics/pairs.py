@@ -13,7 +13,7 @@ from pipeline.presentation.columns import ROBOT, count, number, p_value, share, 
 from pipeline.presentation.naming import ordered_robots, ordered_solvers, solver_title
 from pipeline.presentation.style import INK, robot_panels
 from pipeline.presentation.table import Table
-from pipeline.reporting.config import ReportConfig
+from pipeline.reporting.config import ReportConfig, tolerance_title
 from pipeline.reporting.data import Plot, Topic
 from pipeline.reporting.summary import counted, successes
 
@@ -45,7 +45,7 @@ def compare_solvers(rows: pd.DataFrame, config: ReportConfig) -> pd.DataFrame:
         config: Not-found policy and success.
 
     Returns:
-        One line a pair: difference of the strict success rate with McNemar's p, median difference
+        One line a pair: difference of the success rate with McNemar's p, median difference
         of the position error [mm] with Wilcoxon's p, both adjusted by Holm over the robot's pairs,
         and the shares of poses on which either is nearer.
     """
@@ -78,15 +78,14 @@ def compare_solvers(rows: pd.DataFrame, config: ReportConfig) -> pd.DataFrame:
 
 def comparisons(pairs: pd.DataFrame, config: ReportConfig) -> Table:
     """Solvers against each other on the same poses; effect first, then how sure it is."""
-    strict = config.success.strict
     return Table.of(
         pairs,
         COLUMNS,
         name="paired_comparison",
         title="Solvers against each other on the same poses",
-        caption=f"Difference of the rates within {strict.position_mm:g} mm and "
-        f"{strict.rotation_deg:g} deg (McNemar) and median difference of the position errors "
-        f"(Wilcoxon), first − second; p adjusted by Holm over the pairs of a robot.",
+        caption=f"Difference of the success rates at {tolerance_title(config.success.strict)} "
+        f"(McNemar) and median difference of the position errors (Wilcoxon), first − "
+        "second; p adjusted by Holm over the pairs of a robot.",
     )
 
 

@@ -84,7 +84,7 @@ def one_row_a_plan(rows: pd.DataFrame) -> pd.DataFrame:
 def with_paths_judged(plans: pd.DataFrame) -> pd.DataFrame:
     """Add what the columns `in_reach`, `continuous`, `rerouted` and `smooth` lack.
 
-    A precise plan without a flip by any solver on the path as asked shows that this path can be
+    A precise plan without a flip by any solver on the requested path shows that this path can be
     followed, should the search have missed it. Rows that were not judged count as in reach.
     """
     plans = plans.copy()
@@ -158,11 +158,11 @@ PLANNER = (
     *under(
         "plans without a flip [%]",
         share("query_without_flip", "query alone", _mean("query_smooth", "in_reach")),
-        share("requested_without_flip", "on the path as asked", _mean("followed", "in_reach")),
-        share("without_flip", "as asked or on another curve", _mean("smooth", "in_reach")),
+        share("requested_without_flip", "on the requested path", _mean("followed", "in_reach")),
+        share("without_flip", "requested path or another curve", _mean("smooth", "in_reach")),
         share(
             "followed_without_flip",
-            "as asked, of those that can be",
+            "requested path, of those that can be followed",
             _mean("followed", "in_reach", "continuous"),
         ),
     ),
@@ -214,7 +214,9 @@ ROUTES = (
     *under(
         "plan time, in reach, median [ms]",
         number(
-            "time_requested_ms", "as asked", _quantile(0.5, "plan_time_ms", "in_reach", "direct")
+            "time_requested_ms",
+            "requested path",
+            _quantile(0.5, "plan_time_ms", "in_reach", "direct"),
         ),
         number(
             "time_rerouted_ms",
@@ -223,13 +225,13 @@ ROUTES = (
         ),
     ),
     *under(
-        "other curves, in reach",
-        number("detour_mm", "away, median [mm]", _quantile(0.5, "detour_mm", "in_reach", "other")),
-        number("longer", "longer, median [times]", _quantile(0.5, "longer", "in_reach", "other")),
+        "other curves, in reach, median",
+        number("detour_mm", "distance [mm]", _quantile(0.5, "detour_mm", "in_reach", "other")),
+        number("longer", "longer [times]", _quantile(0.5, "longer", "in_reach", "other")),
     ),
     *under(
         "plans with a collision [%]",
-        share("hit_requested", "as asked", _mean("hit", "followed")),
+        share("hit_requested", "requested path", _mean("hit", "followed")),
         share("hit_rerouted", "on another curve", _mean("hit", "rerouted")),
     ),
     count("limits", "plans beyond joint limits", _count("over_limits")),
@@ -237,18 +239,18 @@ ROUTES = (
 
 
 def planner_routes(results: Results) -> Table:
-    """What came of plans whose path, as it was asked for, no joints follow."""
+    """Plans whose requested path no joints follow, and the curves driven instead."""
     return Table.of(
         [plans for plans in _by_solver(results) if "detour_mm" in plans.rows],
         ROUTES,
         name="planner_routes",
         title="Motion planner: other curves",
-        caption="Where no joints follow the path as it was asked for, another Bezier curve between "
-        "the same ends is driven, derived from a way between joints and drawn back towards the "
-        "path. How far it leads away is the largest distance at the same path parameter.",
+        caption="Where no joints follow the requested path, another Bezier curve between "
+        "the same ends is driven, derived from a path in joint space and drawn back towards "
+        "the requested one. The distance is the largest at the same path parameter.",
         notes=[
             "A collision: the robot touches itself or the table it stands at in at least one of "
-            "the 50 waypoints. The planner avoids none on the path as asked; of other curves it "
+            "the 50 waypoints. The planner avoids none on the requested path; of other curves it "
             "prefers those without. Both shares are of plans without a flip, in reach or not.",
         ],
     )
@@ -284,7 +286,7 @@ def planner_times(plans: Mapping[str, pd.DataFrame], published: Published) -> Fi
 
 
 def planner_flips(plans: Mapping[str, pd.DataFrame]) -> Figure:
-    """Of the plans in reach, the shares without a flip as asked, on another curve, and with one."""
+    """Shares of the plans in reach: smooth on the requested path, on another curve, and not."""
     figure, axes = robot_panels(plans, 3.7, 2.2)
     for robot, axis in axes.items():
         every = with_paths_judged(one_row_a_plan(plans[robot]))
@@ -302,7 +304,7 @@ def _stacked(axis: Axes, plans: pd.DataFrame) -> None:
     solvers = ordered_solvers(plans.solver)
     places = -np.arange(len(solvers), dtype=float)
     parts = {
-        "without a flip, as asked": (plans.followed, LOOKS[0].colour, "white"),
+        "without a flip, requested path": (plans.followed, LOOKS[0].colour, "white"),
         "without a flip, on another curve": (plans.other, LOOKS[2].colour, INK),
         "with a flip or a waypoint missed": (~plans.smooth, LOOKS[1].colour, "white"),
     }
@@ -340,7 +342,7 @@ TOPIC = Topic(
     plots=(
         Plot(
             "planner_flips",
-            "Plans whose path stays in reach: without a branch flip on the path as asked, without "
+            "Plans whose path stays in reach: without a branch flip on the requested path, without "
             "one on another curve between the same ends, or neither. Diamonds: the batched query "
             "alone, before any repair.",
             lambda data: data.results.plan,

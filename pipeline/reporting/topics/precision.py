@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pipeline.presentation.columns import ROBOT, SOLVER, count, number, share, under
+from pipeline.presentation.columns import ROBOT, SOLVER, Column, count, number, share, under
 from pipeline.presentation.naming import ordered_robots, ordered_solvers, robot_title, solver_title
 from pipeline.presentation.style import (
     SOFT,
@@ -23,7 +23,7 @@ from pipeline.presentation.style import (
     robot_panels,
 )
 from pipeline.presentation.table import Table
-from pipeline.reporting.config import ReportConfig
+from pipeline.reporting.config import ReportConfig, tolerance_title
 from pipeline.reporting.data import Plot, Topic
 from pipeline.reporting.summary import counted, in_order
 
@@ -67,20 +67,27 @@ AFTER_SEEDS = (
         number("rotation_median_deg", "median", "rotation_error_deg_median"),
         number("rotation_p99_deg", "p99", "rotation_error_deg_p99"),
     ),
-    *under(
-        "strict [%]",
-        share("strict", "rate", "success_strict", 2),
-        share("strict_low", "from", "success_strict_low", 2),
-        share("strict_high", "to", "success_strict_high", 2),
-    ),
-    share("loose", "loose [%]", "success_loose", 2),
-    *under(
-        "claims",
-        share("found", "found [%]"),
-        count("claimed_and_wrong", "wrong"),
-        count("outside_limits", "off limits"),
-    ),
 )
+CLAIMS = under(
+    "claims",
+    share("found", "found [%]"),
+    count("claimed_and_wrong", "wrong"),
+    count("outside_limits", "off limits"),
+)
+
+
+def _successes(config: ReportConfig) -> tuple[Column, ...]:
+    """Columns of success at the two tolerances, named by them."""
+    strict, loose = config.success.strict, config.success.loose
+    return (
+        *under(
+            f"{tolerance_title(strict)} [%]",
+            share("strict", "rate", "success_strict", 2),
+            share("strict_low", "from", "success_strict_low", 2),
+            share("strict_high", "to", "success_strict_high", 2),
+        ),
+        share("loose", f"{tolerance_title(loose)} [%]", "success_loose", 2),
+    )
 
 
 def precision(summary: pd.DataFrame, config: ReportConfig) -> Table:
@@ -89,20 +96,23 @@ def precision(summary: pd.DataFrame, config: ReportConfig) -> Table:
     Args:
         summary: From `summarise`; may be empty. The interval over training seeds has columns where
             there are several trainings of any network.
-        config: What strict and loose are, and the confidence.
+        config: The two tolerances, and the confidence.
     """
     several = len(summary) and (summary.seeds > 1).any()
-    strict, loose = config.success.strict, config.success.loose
-    tight, wide = (f"{t.position_mm:g} mm, {t.rotation_deg:g} deg" for t in (strict, loose))
     return Table.of(
         in_order(summary[summary.main] if len(summary) else summary),
-        (*BEFORE_SEEDS, *(OVER_SEEDS if several else ()), *AFTER_SEEDS),
+        [
+            *BEFORE_SEEDS,
+            *(OVER_SEEDS if several else ()),
+            *AFTER_SEEDS,
+            *_successes(config),
+            *CLAIMS,
+        ],
         name="precision",
         title="Precision, Euclidean and geodesic",
-        caption=f"Recomputed from the joints. Strict is below {tight}, loose below {wide}, both "
-        f"with joint limits kept. Intervals are {config.confidence * 100:g} %: Wilson for rates, "
-        f"bootstrap for means, over poses and, where there are several trainings, apart from that "
-        f"over their seeds.",
+        caption="Recomputed from the joints; success is with joint limits kept. Intervals are "
+        f"{config.confidence * 100:g} %: Wilson for rates, bootstrap for means, over poses and, "
+        "where there are several trainings, separately over their seeds.",
     )
 
 
@@ -211,7 +221,7 @@ TOPIC = Topic(
         Plot(
             "success_against_tolerance",
             "Share of test poses within a tolerance of x mm and x deg (Euclidean, geodesic, joint "
-            "limits kept). The line at 1 is the strict success of the tables.",
+            "limits kept). The line at 1 is the success at 1 mm / 1 deg.",
             lambda data: data.results.evaluate,
             lambda data: success_against_tolerance(data.results.evaluate, data.config),
         ),

@@ -11,7 +11,7 @@ from pipeline.evaluation.statistics import holm, mcnemar, wilcoxon
 from pipeline.presentation.columns import ROBOT, SOLVER, count, number, p_value, share, text, under
 from pipeline.presentation.naming import solver_title
 from pipeline.presentation.table import Table
-from pipeline.reporting.config import ReportConfig
+from pipeline.reporting.config import ReportConfig, tolerance_title
 from pipeline.reporting.data import Topic
 from pipeline.reporting.summary import apply_not_found, in_order, main_batch, successes
 
@@ -57,10 +57,10 @@ def seed_effects(home: pd.DataFrame, seeded: pd.DataFrame, config: ReportConfig)
     Args:
         home: Raw rows whose initial guess is the home configuration.
         seeded: Raw rows of the same solver from the answers of a neural one.
-        config: Not-found policy and strict success.
+        config: Not-found policy and the tolerance of success.
 
     Returns:
-        One line a batch size that both have: poses, strict success of both with McNemar's p,
+        One line a batch size that both have: poses, success of both with McNemar's p,
         iterations and mean times of both [us], the median of the paired time differences with
         Wilcoxon's p, and the time of the seed itself [us a pose]. Success is given only at the
         batch size that answered most poses.
@@ -102,16 +102,15 @@ def neural_seeds(effects: pd.DataFrame, config: ReportConfig) -> Table:
 
     Args:
         effects: Lines of `seed_effects`; may be empty.
-        config: What strict success is.
+        config: The tolerance of success.
     """
-    strict = config.success.strict
     return Table.of(
         in_order(effects),
         COLUMNS,
         name="neural_seeds",
         title="What a neural seed gives a local solver",
         caption="The same poses from the home configuration and from the answer of a network, with "
-        f"the same budget. Success below {strict.position_mm:g} mm and {strict.rotation_deg:g} deg "
+        f"the same budget. Success at {tolerance_title(config.success.strict)} "
         "(Euclidean, geodesic, joint limits kept); p by McNemar, adjusted by Holm over the solvers "
         "of a robot. Times are those of the solver alone: what the seed costs at that batch size "
         "stands beside them, and pays off where it is less than what it saves.",

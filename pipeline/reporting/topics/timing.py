@@ -65,10 +65,11 @@ def timing(summary: pd.DataFrame) -> Table:
         COLUMNS,
         name="time",
         title="Time",
-        caption="Wall time of a call, shared out over its poses, after a warm-up, on as many cores "
-        "as told. The paper gives the mean per sample at batch size 1 and the mean per batch. "
-        "Beside it mean, median and 99th percentile over the calls (of few calls the percentile is "
-        "the largest); the solver's own clock leaves out what the call itself costs.",
+        caption="Wall time of a call divided by its poses, after a warm-up, on the configured "
+        "number of cores. The paper gives the mean per sample at batch size 1 and the mean per "
+        "batch. Beside it mean, median and 99th percentile over the calls (of few calls the "
+        "percentile is the largest); the solver's own clock leaves out what the call itself "
+        "costs.",
     )
 
 

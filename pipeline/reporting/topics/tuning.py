@@ -17,7 +17,7 @@ from pipeline.reporting.results import Results
 
 CONFIDENCE = 0.95
 RIVAL = "table_one"
-TITLES = {"best": "best of the search", "default": "as it was before", RIVAL: "Table I"}
+TITLES = {"best": "best of the search", "default": "default", RIVAL: "Table I"}
 CURRENCIES = {
     "seconds": "{:g} s of training on this machine each",
     "multiply_adds": "{:.3g} multiply-adds of training each",

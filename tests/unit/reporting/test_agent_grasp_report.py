@@ -65,7 +65,7 @@ def test_the_report_has_the_chapter(tmp_path: Path) -> None:
         write_trials(tmp_path, robot, "camera-policy")
         write_trials(tmp_path, robot, "perfect-policy")
     trials = agent_trials(read_results(tmp_path))
-    assert list(trials["nico"]) == ["camera, embedded policy", "places told, embedded policy"]
+    assert list(trials["nico"]) == ["camera, embedded policy", "ground truth, embedded policy"]
     figure = outcome_bars(trials, read_published(PUBLISHED), report_config())
     assert len(figure.axes) == 2
     paths = make_report(tmp_path, PUBLISHED, report_config())

@@ -1,4 +1,4 @@
-"""Plans on another curve are counted apart, and prove nothing about the path as it was asked."""
+"""Plans on another curve are counted apart, and prove nothing about the requested path."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipeline.reporting.results import Results
 from pipeline.reporting.topics.planner import planner, planner_flips, planner_routes
 
 PUBLISHED = Path(__file__).parents[3] / "results" / "published_results.csv"
-# Pair 0 is followed as asked, 1 on another curve, 2 is stuck, 3 leaves the reach.
+# Pair 0 follows the requested path, 1 is on another curve, 2 is stuck, 3 leaves the reach.
 ROWS = pd.DataFrame(
     {
         "solver": "lm",
