@@ -134,8 +134,20 @@ def logarithmic(axis: Axes, which: Literal["x", "y"]) -> None:
     ticks.set_minor_formatter(NullFormatter())
 
 
-def legend_below(figure: Figure, axes: Iterable[Axes], columns: int = 5) -> None:
-    """Put one legend for all panels under them, each label once, in as many columns as fit."""
+def legend_below(
+    figure: Figure, axes: Iterable[Axes], columns: int = 5, label: str | None = None
+) -> None:
+    """Put one legend for all panels under them, each entry once, in as many columns as fit.
+
+    Args:
+        figure: The figure.
+        axes: Its panels.
+        columns: Entries side by side at most.
+        label: Of the vertical axes, written once a row; None leaves them as they are.
+    """
+    axes = list(axes)
+    if label is not None:
+        label_first_column(axes, label)
     found: dict[str, Any] = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):

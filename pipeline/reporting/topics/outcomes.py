@@ -16,14 +16,7 @@ from pipeline.evaluation.statistics import Interval, wilson_interval
 from pipeline.presentation.columns import ROBOT, count, share, text, under
 from pipeline.presentation.naming import OUTCOMES, ordered_robots, outcome_key
 from pipeline.presentation.published import Published
-from pipeline.presentation.style import (
-    INK,
-    LOOKS,
-    SOFT,
-    label_first_column,
-    legend_below,
-    robot_panels,
-)
+from pipeline.presentation.style import INK, LOOKS, SOFT, legend_below, robot_panels
 from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.data import Plot, Topic
@@ -175,8 +168,7 @@ def outcome_bars(trials: Trials, published: Published, config: ReportConfig) -> 
         axis.set_xticks(places, [title.replace(" ", "\n") for title in OUTCOMES.values()])
         axis.set_ylim(0, 112)
         axis.grid(visible=False, axis="x")
-    label_first_column(axes.values(), "trials [%]")
-    legend_below(figure, axes.values())
+    legend_below(figure, axes.values(), label="trials [%]")
     return figure
 
 

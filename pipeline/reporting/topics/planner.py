@@ -18,7 +18,6 @@ from pipeline.presentation.style import (
     INK,
     LOOKS,
     PAPER_COLOUR,
-    label_first_column,
     legend_below,
     logarithmic,
     looks,
@@ -280,8 +279,7 @@ def planner_times(plans: Mapping[str, pd.DataFrame], published: Published) -> Fi
         axis.set_xlabel("time of a plan of 50 poses [ms]")
         logarithmic(axis, "x")
         logarithmic(axis, "y")
-    label_first_column(axes.values(), "largest tip error on the path [mm]")
-    legend_below(figure, axes.values())
+    legend_below(figure, axes.values(), label="largest tip error on the path [mm]")
     return figure
 
 

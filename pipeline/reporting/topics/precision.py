@@ -142,8 +142,7 @@ def success_against_tolerance(rows: Rows, config: ReportConfig) -> Figure:
         axis.axvline(1.0, color=SOFT, linewidth=0.8, zorder=0)
         axis.set(ylim=(-2, 102), xlabel="tolerance [mm and deg]")
         logarithmic(axis, "x")
-    label_first_column(axes.values(), "poses within [%]")
-    legend_below(figure, axes.values())
+    legend_below(figure, axes.values(), label="poses within [%]")
     return figure
 
 

@@ -13,15 +13,7 @@ from matplotlib.figure import Figure
 from pipeline.presentation.columns import ROBOT, SOLVER, count, number, text, under
 from pipeline.presentation.naming import ordered_solvers, solver_title
 from pipeline.presentation.published import Published
-from pipeline.presentation.style import (
-    SOFT,
-    Look,
-    label_first_column,
-    legend_below,
-    logarithmic,
-    looks,
-    robot_panels,
-)
+from pipeline.presentation.style import SOFT, Look, legend_below, logarithmic, looks, robot_panels
 from pipeline.presentation.table import Table
 from pipeline.reporting.data import Plot, Topic
 from pipeline.reporting.summary import in_order
@@ -86,8 +78,7 @@ def error_against_time(summary: pd.DataFrame, published: Published) -> Figure:
         axis.set_xlabel("time per pose [µs]")
         logarithmic(axis, "x")
         logarithmic(axis, "y")
-    label_first_column(axes.values(), "mean error over the axes [mm]")
-    legend_below(figure, axes.values())
+    legend_below(figure, axes.values(), label="mean error over the axes [mm]")
     return figure
 
 
