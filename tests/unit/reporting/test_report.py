@@ -1,7 +1,9 @@
 """The whole report from a synthetic results folder: complete, self-contained, the same twice."""
 
+import importlib
 import json
 import re
+from pkgutil import iter_modules
 
 import pytest
 from synthetic import PUBLISHED, raw_rows, report_config, write_results
@@ -10,7 +12,8 @@ from pipeline.data.tables import write_table
 from pipeline.errors import MissingArtifactError
 from pipeline.presentation.published import read_published
 from pipeline.presentation.style import save, styled
-from pipeline.reporting import report
+from pipeline.reporting import report, topics
+from pipeline.reporting.chapters import TOPICS
 from pipeline.reporting.report import make_report, make_table
 from pipeline.reporting.results import read_results
 from pipeline.reporting.topics.training import training_curves
@@ -36,6 +39,25 @@ def test_every_table_and_figure_is_there(made):
     for name in ("success_against_tolerance", "training_curves", "grasp_outcomes", "win_matrix"):
         assert (paths.figures / f"{name}.png").stat().st_size > 1000
         assert (paths.figures / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_every_topic_stands_in_one_chapter():
+    names = [f"{topics.__name__}.{module.name}" for module in iter_modules(topics.__path__)]
+    modules = [importlib.import_module(name) for name in names]
+    assert len(modules) > 10
+    assert sorted(map(id, TOPICS)) == sorted(id(module.TOPIC) for module in modules)
+
+
+def test_names_of_tables_columns_and_figures_are_their_own(made):
+    data = report.load(made[0], read_published(PUBLISHED), CONFIG)
+    every = [make(data) for topic in TOPICS for make in topic.tables]
+    plots = [plot.name for topic in TOPICS for plot in topic.plots]
+    for names in (
+        [table.name for table in every],
+        plots,
+        *([column.name for column in table.columns] for table in every),
+    ):
+        assert len(names) == len(set(names)), names
 
 
 def test_the_page_needs_no_other_file_to_be_seen(made):
