@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from baselines.damped_solve import damped_solve
+from baselines.damped_step import damped_step
 from baselines.linearise import (
     Linearisation,
     find_error,
@@ -36,7 +36,7 @@ class Tracker(NamedTuple):
     Attributes:
         at: Kinematics of the configuration at hand.
         solved: (6,) solution of a damped system.
-        wanted: (6,) its right-hand side.
+        residual: (6,) its right-hand side.
         step: (dof,) joint step [rad or m].
         free: (dof,) joints that are not frozen at a limit.
         q: (dof,) the configuration at hand [rad or m].
@@ -46,7 +46,7 @@ class Tracker(NamedTuple):
 
     at: Linearisation
     solved: Array
-    wanted: Array
+    residual: Array
     step: Array
     free: NDArray[np.bool_]
     q: Array
@@ -68,39 +68,6 @@ def new_tracker(chain):  # type: ignore[no-untyped-def]
         np.zeros(dof),
         np.empty(7),
     )
-
-
-@njit(cache=True)
-def _step(chain, t, damping, max_active_set_passes):  # type: ignore[no-untyped-def]
-    """Move t.q by z + Jᵀ (J Jᵀ + λ I)⁻¹ (e - J z), z = t.push, inside the limits."""
-    dof = t.q.shape[0]
-    t.free[:] = True
-    for _ in range(max_active_set_passes + 1):
-        for i in range(6):
-            t.wanted[i] = t.at.error[i]
-        for k in range(dof):
-            if t.free[k] and t.push[k] != 0.0:
-                for i in range(6):
-                    t.wanted[i] -= t.at.jacobian[k, i] * t.push[k]
-        damped_solve(t.at.jacobian, t.free, t.wanted, damping, t.solved)
-        frozen = False
-        for k in range(dof):
-            if not t.free[k]:
-                t.step[k] = 0.0
-                continue
-            total = t.push[k]
-            for i in range(6):
-                total += t.at.jacobian[k, i] * t.solved[i]
-            t.step[k] = total
-            if (t.q[k] <= chain.lower[k] and total < 0.0) or (
-                t.q[k] >= chain.upper[k] and total > 0.0
-            ):
-                t.free[k] = False
-                frozen = True
-        if not frozen:
-            break
-    for k in range(dof):
-        t.q[k] = min(max(t.q[k] + t.step[k], chain.lower[k]), chain.upper[k])
 
 
 @njit(cache=True)
@@ -128,7 +95,7 @@ def reach_pose(chain, pose, options, pushed, t):  # type: ignore[no-untyped-def]
             t.push[:] = 0.0
         find_jacobian(chain, t.at)
         damping = options.damping + options.damping_gain * (distance2 + angle2)
-        _step(chain, t, damping, options.max_active_set_passes)
+        damped_step(chain, t, t.push, damping, options.max_active_set_passes)
         t.push[:] = 0.0
     return False
 
