@@ -1,9 +1,9 @@
-"""One damped step inside the joint limits, which the solver `lm` and the planner's tracking share.
+"""One damped step inside the joint limits, shared by the solver `lm` and the planner's tracking.
 
-The step z + Jᵀ (J Jᵀ + λ I)⁻¹ (e - J z) goes towards the target by damped least squares and, where a
-bias z is given, moves in the null space on the way (Siciliano et al., "Robotics: Modelling, Planning
-and Control", section 3.5.1). A joint at its limit whose step points outward is frozen and the step
-is solved again (Nocedal and Wright, "Numerical Optimization", section 16.5).
+The step z + Jᵀ (J Jᵀ + λ I)⁻¹ (e - J z) goes towards the target by damped least squares and, where
+a bias z is given, moves in the null space on the way (Siciliano et al., "Robotics: Modelling,
+Planning and Control", section 3.5.1). A joint at its limit whose step points outward is frozen and
+the step is solved again (Nocedal and Wright, "Numerical Optimization", section 16.5).
 """
 
 from __future__ import annotations
