@@ -76,9 +76,10 @@ class GeluTanhLayers(nn.ModuleList):
     """
 
     def __init__(self, sizes: Sequence[int], tanh_layers: int) -> None:
-        super().__init__(nn.Linear(inputs, outputs) for inputs, outputs in pairwise(sizes))
-        for layer in self:
+        layers = [nn.Linear(inputs, outputs) for inputs, outputs in pairwise(sizes)]
+        for layer in layers:
             nn.init.xavier_normal_(layer.weight)
+        super().__init__(layers)
         self.first_tanh = len(self) - tanh_layers
 
     def forward(self, values: Tensor) -> Tensor:
