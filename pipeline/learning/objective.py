@@ -1,4 +1,4 @@
-"""What a trainer asks of an objective, and what a step asks that runs as one graph on a device."""
+"""What a trainer needs of an objective, and what a step captured as a CUDA graph needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Neural solvers: a network answers a whole batch of poses in one pass, once or many times each."""
+"""Neural solvers: a network answers a batch of poses in one pass, once or many times each."""
 
 from __future__ import annotations
 

@@ -124,7 +124,7 @@ class BranchlessStep:
     def __call__(
         self, poses: Tensor, joints: Tensor, progress: Progress, total: int, rate: float
     ) -> None:
-        """Take a step, see `EagerStep`; `flush` tells the losses."""
+        """Take a step, see `EagerStep`; `flush` reports the losses."""
         self._poses.copy_(poses)
         self._network_input.copy_(self.objective.network_input(poses, progress.step))
         self._rate.fill_(rate)
@@ -210,7 +210,7 @@ def is_captured(train: TrainConfig, network: nn.Module, device: torch.device) ->
     """Return whether ``train.step`` stands for a captured step; ``auto`` takes it where it can.
 
     Raises:
-        TrainingError: It is asked for and cannot be.
+        TrainingError: It is requested and cannot be.
     """
     hindrances = {
         "a CUDA device (train.device)": device.type == "cuda",

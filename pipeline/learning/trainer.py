@@ -233,7 +233,7 @@ def pick_device(name: str) -> torch.device:
     """Return the device that ``train.device`` names; ``auto`` takes an accelerator if there is one.
 
     Raises:
-        TrainingError: CUDA is asked for and there is none.
+        TrainingError: CUDA is requested and there is none.
     """
     if name == "cuda" and not torch.cuda.is_available():
         raise TrainingError("train.device=cuda, but torch sees no CUDA device: use auto or cpu")

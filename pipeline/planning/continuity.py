@@ -1,8 +1,8 @@
 """Jumps between waypoints: what a branch flip is, and how a path without one is found.
 
 A solver answers each waypoint by itself, so that two neighbours may lie on different branches of
-solutions. The guard mends that in two steps, the cheap one first: it follows the branches that the
-solver's own answers lie on to both ends of the path, and where none of them lives that long it
+solutions. It is repaired in two steps, the cheap one first: it follows the branches that the
+solver's own answers lie on to both ends of the path, and where none of them reaches that far it
 searches all branches (`search`). What flips then had to, as far as that search can tell.
 """
 
@@ -17,7 +17,7 @@ from baselines.lm import LevenbergMarquardt
 from baselines.lm_kernel import LmOptions
 from pipeline.planning.flip_kernel import find_flips
 from pipeline.planning.follow_kernel import follow_until_complete
-from pipeline.planning.search import QUICK, TASK, fewest_flips, one_branch
+from pipeline.planning.search import QUICK, fewest_flips, one_branch
 
 if TYPE_CHECKING:
     from baselines import Solver
@@ -34,6 +34,13 @@ class Ends(NamedTuple):
 
     first: Array | None
     last: Array | None
+
+    def pin(self, joints: Array, found: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
+        """Put the given joints at the ends of joints (S, dof) and found (S,), in place."""
+        for i, known in zip((0, -1), self, strict=True):
+            if known is not None:
+                joints[i], found[i] = known, True
+        return joints, found
 
 
 def joint_steps(joints: Array) -> Array:
@@ -133,13 +140,13 @@ def _searched(
     paths = []
     if first is not None or last is None:
         path, reached = fewest_flips(robot, poses, options, QUICK, first, last, flip_free_only)
-        paths.append(_pinned(path, reached, ends))
+        paths.append(ends.pin(path, reached))
         if _badness(robot, path, reached, poses)[:2] == (0, 0):
             return paths
     path, reached = fewest_flips(
         robot, poses[::-1].copy(), options, QUICK, last, first, flip_free_only
     )
-    paths.append(_pinned(path[::-1].copy(), reached[::-1].copy(), ends))
+    paths.append(ends.pin(path[::-1].copy(), reached[::-1].copy()))
     return paths
 
 
@@ -155,14 +162,14 @@ def _followed(
     """Follow the branches of the answers; the first that covers the path, shape (S, dof)."""
     origins, seeds = _beginnings(robot, poses, joints, found, ends, candidates)
     paths = np.empty((len(seeds), len(poses), robot.dof))
-    share = QUICK.share if robot.dof > TASK else 0.0
+    share = QUICK.drift(robot.dof)
     winner = follow_until_complete(
         robot.chain, poses, origins, seeds, options, share, SAME_BRANCH, paths
     )
     if winner < 0:
         return None
     path = np.array(paths[winner])
-    path, _ = _pinned(path, found.copy(), ends)
+    path, _ = ends.pin(path, found.copy())
     return None if branch_flips(robot, path, poses).any() else path
 
 
@@ -190,14 +197,6 @@ def _beginnings(
         origins = np.concatenate([origins, np.repeat(places, candidates.shape[1])])
         seeds = np.concatenate([seeds, candidates[places].reshape(-1, robot.dof)])
     return origins.astype(np.int64), np.ascontiguousarray(seeds)
-
-
-def _pinned(joints: Array, found: NDArray[np.bool_], ends: Ends) -> tuple[Array, NDArray[np.bool_]]:
-    """Put the given joints at the ends."""
-    for i, known in zip((0, -1), ends, strict=True):
-        if known is not None:
-            joints[i], found[i] = known, True
-    return joints, found
 
 
 def _badness(

@@ -1,7 +1,7 @@
 """A conditional normalizing flow over the joints that reach a pose, in the manner of IKFlow.
 
 Ames, Morgan and Konidaris, *IKFlow: Generating diverse inverse kinematics solutions*, IEEE RA-L
-7(3), 2022. The couplings are those of the library zuko. Two things differ, both to train in minutes
+7(3), 2022. The couplings are those of the library zuko. Two parts differ, both to train in minutes
 rather than days: one encoder of the pose serves all couplings, and the base is a mixture whose
 components can take a branch of solutions each, where IKFlow bends one Gaussian, padded with further
 dimensions, into all of them.

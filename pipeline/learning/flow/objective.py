@@ -18,7 +18,7 @@ class FlowObjective:
     """Negative log-likelihood, with the noise of SoftFlow.
 
     The joints that reach a pose lie on a thin manifold, where a density has no bounds. Noise of a
-    scale that is drawn anew for each row and told to the network gives it a thickness, which is
+    scale that is drawn anew for each row and given to the network gives it a thickness, which is
     switched off for draws (Kim et al., *SoftFlow*, NeurIPS 2020, as in IKFlow).
 
     Args:
