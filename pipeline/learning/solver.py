@@ -105,10 +105,7 @@ class NeuralSolver(Solver):
         return np.clip(output.numpy().astype(np.float64), self.lower, self.upper)
 
     def _solve_batch(
-        self,
-        poses: NDArray[np.float64],
-        initial: NDArray[np.float64],
-        budget: Budget | None,
+        self, poses: NDArray[np.float64], initial: NDArray[np.float64], budget: Budget | None
     ) -> Solution:
         start = time.perf_counter()
         answers = self.hypotheses(poses)

@@ -43,6 +43,20 @@ class Ends(NamedTuple):
         return joints, found
 
 
+class Answers(NamedTuple):
+    """What a query answered.
+
+    Attributes:
+        joints: Joints, shape (S, dof).
+        found: The solver's claims, shape (S,).
+        candidates: All hypotheses, shape (S, K, dof), or None for solvers without any.
+    """
+
+    joints: Array
+    found: NDArray[np.bool_]
+    candidates: Array | None = None
+
+
 def joint_steps(joints: Array) -> Array:
     """Largest change of a joint from each waypoint to the next.
 
@@ -90,11 +104,9 @@ def kernel_options(solver: Solver | None) -> LmOptions | None:
 def repair_path(
     robot: Robot,
     poses: Array,
-    joints: Array,
-    found: NDArray[np.bool_],
+    answers: Answers,
     ends: Ends,
     options: LmOptions,
-    candidates: Array | None = None,
     flip_free_only: bool = False,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Replace a path that flips or misses waypoints by a better one, if there is one.
@@ -102,21 +114,20 @@ def repair_path(
     Args:
         robot: The robot.
         poses: Waypoints, base frame [m, unit quaternion], shape (S, 7).
-        joints: The solver's answers [rad or m], shape (S, dof).
-        found: Its claims, shape (S,).
+        answers: Of the solver; its candidates are further configurations to begin from.
         ends: Joints that the path has to start and end with.
         options: Tolerances and damping of the repair.
-        candidates: More answers for each waypoint to begin from, shape (S, K, dof).
         flip_free_only: Look for paths without any flip alone; with few flips none is wanted.
 
     Returns:
         Joints, shape (S, dof), and which waypoints were reached, shape (S,): the answers as they
         were where nothing better was found, by waypoints missed, then flips, then travel.
     """
+    joints, found, _ = answers
     if fits(robot, joints, found, poses):
         return joints, found
     paths = [(joints, found)]
-    followed = _followed(robot, poses, joints, found, ends, options, candidates)
+    followed = _followed(robot, poses, answers, ends, options)
     if followed is not None:
         paths.append((followed, np.ones(len(poses), dtype=bool)))
     else:
@@ -151,16 +162,10 @@ def _searched(
 
 
 def _followed(
-    robot: Robot,
-    poses: Array,
-    joints: Array,
-    found: NDArray[np.bool_],
-    ends: Ends,
-    options: LmOptions,
-    candidates: Array | None,
+    robot: Robot, poses: Array, answers: Answers, ends: Ends, options: LmOptions
 ) -> Array | None:
     """Follow the branches of the answers; the first that covers the path, shape (S, dof)."""
-    origins, seeds = _beginnings(robot, poses, joints, found, ends, candidates)
+    origins, seeds = _beginnings(robot, poses, answers, ends)
     paths = np.empty((len(seeds), len(poses), robot.dof))
     share = QUICK.drift(robot.dof)
     winner = follow_until_complete(
@@ -169,17 +174,12 @@ def _followed(
     if winner < 0:
         return None
     path = np.array(paths[winner])
-    path, _ = ends.pin(path, found.copy())
+    path, _ = ends.pin(path, answers.found.copy())
     return None if branch_flips(robot, path, poses).any() else path
 
 
 def _beginnings(
-    robot: Robot,
-    poses: Array,
-    joints: Array,
-    found: NDArray[np.bool_],
-    ends: Ends,
-    candidates: Array | None,
+    robot: Robot, poses: Array, answers: Answers, ends: Ends
 ) -> tuple[NDArray[np.int64], Array]:
     """Waypoints (K,) and configurations (K, dof) to follow branches from, best first."""
     if ends.first is not None:
@@ -187,6 +187,7 @@ def _beginnings(
     last = len(poses) - 1
     if ends.last is not None:
         return np.array([last]), ends.last[None]
+    joints, found, candidates = answers
     breaks = branch_flips(robot, joints, poses) | ~found[1:] | ~found[:-1]
     edges = np.concatenate([[0], np.flatnonzero(breaks) + 1, [last + 1]])
     longest = np.argsort(-np.diff(edges), kind="stable")[:SEGMENTS]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pipeline.planning.continuity import (
+    Answers,
     Ends,
     branch_flips,
     fits,
@@ -18,7 +19,7 @@ from pipeline.planning.continuity import (
     repair_path,
 )
 from pipeline.planning.path import PathError, checked_joints, checked_pose, tip_path
-from pipeline.planning.query import Answers, solve_waypoints
+from pipeline.planning.query import solve_waypoints
 from pipeline.planning.reach import out_of_reach
 from pipeline.planning.route import Route, find_route
 from robots.rotations import rotation_angle
@@ -158,17 +159,16 @@ def _repaired(
     reroute: bool,
 ) -> tuple[Array, NDArray[np.bool_], Route | None]:
     """Repair the answers to a path, and find another curve where that is allowed and necessary."""
-    joints, found = given.joints, given.found
-    arguments = (robot, requested, joints, found, ends, options, given.candidates)
+    joints, found, _ = given
     # Where a waypoint is out of reach no search can help, so do without.
     if not (reroute and out_of_reach(robot, requested, found, options)):
-        joints, found = repair_path(*arguments, flip_free_only=reroute)
+        joints, found = repair_path(robot, requested, given, ends, options, reroute)
     if not reroute or fits(robot, joints, found, requested):
         return joints, found, None
     route = find_route(robot, requested, ends, options)
     if route is not None:
         return route.joints, np.ones(len(requested), dtype=bool), route
-    joints, found = repair_path(*arguments)
+    joints, found = repair_path(robot, requested, given, ends, options)
     return joints, found, None
 
 

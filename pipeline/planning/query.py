@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from baselines.refine import refine
 from pipeline.planning.bezier import path_parameter
-from pipeline.planning.continuity import Ends, kernel_options
+from pipeline.planning.continuity import Answers, Ends, kernel_options
 from pipeline.planning.search_kernel import cheapest_path
 
 if TYPE_CHECKING:
@@ -33,20 +33,6 @@ class Hypothesising(Protocol):
 
     def hypotheses(self, poses: NDArray[np.float64]) -> Hypotheses:
         """Return answers to poses (N, 7), best first."""
-
-
-class Answers(NamedTuple):
-    """What a query answered.
-
-    Attributes:
-        joints: Joints, shape (S, dof).
-        found: The solver's claims, shape (S,).
-        candidates: All hypotheses, shape (S, K, dof), or None for solvers without any.
-    """
-
-    joints: Array
-    found: NDArray[np.bool_]
-    candidates: Array | None
 
 
 def solve_waypoints(robot: Robot, solver: Solver, poses: Array, ends: Ends) -> Answers:
@@ -95,4 +81,4 @@ def _seeded(robot: Robot, solver: Solver, poses: Array, ends: Ends) -> Answers:
     edge, _ = ends.pin(edge, np.ones(2, dtype=bool))
     k = path_parameter(len(poses))[:, None]
     solution = solver.solve(poses, initial=(1.0 - k) * edge[0] + k * edge[1])
-    return Answers(*ends.pin(np.array(solution.joints), np.array(solution.found)), None)
+    return Answers(*ends.pin(np.array(solution.joints), np.array(solution.found)))
