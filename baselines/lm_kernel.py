@@ -21,7 +21,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from baselines.clock import now_ns, pose_key, uniform
-from baselines.damped_solve import damped_solve
+from baselines.damped_step import damped_step
 from baselines.linearise import (
     Linearisation,
     find_error,
@@ -89,33 +89,6 @@ def _scratch(joints, dof, library):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _step(chain, s, damping, max_active_set_passes):  # type: ignore[no-untyped-def]
-    """Move s.q by one damped step inside the limits, freezing joints that push outward."""
-    dof = s.q.shape[0]
-    s.free[:] = True
-    for _ in range(max_active_set_passes + 1):
-        damped_solve(s.at.jacobian, s.free, s.at.error, damping, s.solved)
-        frozen = False
-        for k in range(dof):
-            if not s.free[k]:
-                s.step[k] = 0.0
-                continue
-            total = 0.0
-            for i in range(6):
-                total += s.at.jacobian[k, i] * s.solved[i]
-            s.step[k] = total
-            if (s.q[k] <= chain.lower[k] and total < 0.0) or (
-                s.q[k] >= chain.upper[k] and total > 0.0
-            ):
-                s.free[k] = False
-                frozen = True
-        if not frozen:
-            break
-    for k in range(dof):
-        s.q[k] = min(max(s.q[k] + s.step[k], chain.lower[k]), chain.upper[k])
-
-
-@njit(cache=True)
 def _start(chain, pose, seeds, library, key, attempt, s):  # type: ignore[no-untyped-def]
     """The `attempt`-th start: the seeds in order, then near remembered ones, then random ones."""
     seeded = seeds.shape[0]
@@ -173,12 +146,8 @@ def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[
             if since == 0:
                 reference = squared
             find_jacobian(chain, s.at)
-            _step(
-                chain,
-                s,
-                options.damping + options.damping_gain * squared,
-                options.max_active_set_passes,
-            )
+            damping = options.damping + options.damping_gain * squared
+            damped_step(chain, s, None, damping, options.max_active_set_passes)
             iterations += 1
             since += 1
     return OUT_OF_STARTS, iterations, options.starts

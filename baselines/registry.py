@@ -74,7 +74,9 @@ def skip(name: str, robot: Robot | None = None) -> str | None:
         UnknownSolverError: No solver is called `name`.
     """
     try:
-        return solver_class(name).skip(robot)
+        reason = solver_class(name).skip(robot)
+        proposer = settings(name).get("proposer")  # a solver inside this one
+        return skip(proposer, robot) if reason is None and proposer is not None else reason
     except SkippedSolver as reason:
         return str(reason)
 

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from baselines import Solution, Solver
 from pipeline import load_solver
 from pipeline.config import compose
-from pipeline.learning.experts import Experts
-from pipeline.learning.refined import CycleIkRefined
+from pipeline.learning.cycleik.experts import Experts
+from pipeline.learning.refined import RefinedSolver
 from robots import Robot, available_robots, load_robot
 
 SEED = 11
@@ -76,9 +76,9 @@ def arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def pair_of(robot: Robot, threads: int) -> tuple[CycleIkRefined, Solver]:
+def pair_of(robot: Robot, threads: int) -> tuple[RefinedSolver, Solver]:
     refined = load_solver("cycleik_refined", robot, threads=threads)
-    assert isinstance(refined, CycleIkRefined)
+    assert isinstance(refined, RefinedSolver)
     return refined, load_solver("lm", robot, threads=threads)
 
 
@@ -143,7 +143,7 @@ def whole_batch(robot: Robot, pair: Pair, poses: NDArray[np.float64]) -> str:
 
 def smaller_batches(
     robots: list[Robot],
-    solvers: dict[str, tuple[CycleIkRefined, Solver]],
+    solvers: dict[str, tuple[RefinedSolver, Solver]],
     poses: dict[str, NDArray[np.float64]],
     rounds: int,
 ) -> None:
@@ -160,9 +160,9 @@ def smaller_batches(
         print(f"| {robot.name} | {' | '.join(cells)} |")
 
 
-def network_limit(robot: Robot, solver: CycleIkRefined, poses: NDArray[np.float64]) -> str:
+def network_limit(robot: Robot, solver: RefinedSolver, poses: NDArray[np.float64]) -> str:
     """Time of the network's answers, ranking by forward kinematics included, against the peak."""
-    network = solver.network
+    network = solver.proposer.network
     assert isinstance(network, Experts)
     products = sum(weight[0].numel() for weight in network.weights) + network.centres.numel()
     times = []

@@ -34,9 +34,9 @@ from torch import Tensor, nn
 from pipeline.config import compose, group_choices
 from pipeline.data.dataset import PoseSet
 from pipeline.learning.checkpoint import Progress
-from pipeline.learning.networks import build_network, parameter_count
-from pipeline.learning.null_space import NullSpaceGenerator
-from pipeline.learning.objective import make_objective
+from pipeline.learning.factory import build_network, make_objective
+from pipeline.learning.networks import parameter_count
+from pipeline.learning.null_space.network import NullSpaceGenerator
 from pipeline.learning.precision import matmul_precision
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.settings import Config

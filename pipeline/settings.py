@@ -17,6 +17,7 @@ from pipeline.engine.config import EngineConfig
 from pipeline.evaluation.config import EvaluateConfig, SampleConfig
 from pipeline.grasping.config import GraspConfig
 from pipeline.learning.config import ConstraintConfig
+from pipeline.learning.registry import kinds
 from pipeline.perception.config import PerceptionConfig
 from pipeline.perception.training_config import DetectorConfig
 from pipeline.planning.config import PlanConfig
@@ -86,7 +87,7 @@ class ModelConfig:
 
     def __post_init__(self) -> None:
         """Refuse layers without neurons and a count of tanh layers beyond the network."""
-        one_of("model.kind", self.kind, ("mlp", "experts", "null_space", "null_space_mlp", "flow"))
+        one_of("model.kind", self.kind, kinds())
         positive_all("model.hidden", self.hidden)
         positive("model.width", self.width)
         positive("model.heads", self.heads)

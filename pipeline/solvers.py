@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import baselines
-from baselines import SkippedSolver, Solver
+from baselines import SettingError, SkippedSolver, Solver
 from baselines.registry import settings, solver_class
 from pipeline.errors import ConfigError
 from pipeline.learning.weights import CARD, WeightsError, kind_of, shipped_weights
@@ -15,7 +15,7 @@ from pipeline.provenance import ROOT
 from robots import Robot
 
 if TYPE_CHECKING:
-    from pipeline.learning.solver import CycleIk
+    from pipeline.learning.solver import NeuralSolver
 
 RESULTS = ROOT / "results"
 PROFILES = ("quick", "paper", "smoke")  # where trained weights are looked for, best scale first
@@ -40,7 +40,9 @@ def load_solver(name: str, robot: Robot, weights: Path | None = None, **override
         WeightsError: A neural solver without weights for this robot.
     """
     if is_neural(name):
-        overrides["weights"] = str(weights or find_weights(robot.name, *models_of(name)))
+        if weights is None:
+            weights = find_weights(robot.name, *models_of(overrides.get("proposer", name)))
+        overrides["weights"] = str(weights)
     return baselines.load(name, robot, **overrides)
 
 
@@ -93,11 +95,17 @@ def check_seeder(key: str, name: str, robot: Robot) -> None:
 def models_of(name: str) -> tuple[tuple[str, ...], str]:
     """Return the kinds of networks that a neural solver takes, and the model trained for it.
 
+    A refined solver takes those of its proposer.
+
     Raises:
         UnknownSolverError: There is no solver of that name.
         SkippedSolver: It cannot run here.
+        SettingError: It, or its proposer, is no neural solver.
     """
-    solver = cast("type[CycleIk]", solver_class(name))
+    proposer = settings(name).get("proposer", name)
+    if not is_neural(proposer):
+        raise SettingError(f"solver '{proposer}' has no network that could be trained or refined")
+    solver = cast("type[NeuralSolver]", solver_class(proposer))
     return solver.kinds, solver.default_model
 
 

@@ -13,13 +13,12 @@ from pipeline.grasping.config import GraspConfig
 from pipeline.grasping.grip import Reach, reach
 from pipeline.grasping.scene import Scene
 from pipeline.planning.config import MotionConfig
-from pipeline.planning.control import control_points
 from pipeline.planning.motion import Motion, motion_end, plan_motion
+from pipeline.planning.path import control_points
 from pipeline.planning.timing import Trajectory, time_scale
 
 if TYPE_CHECKING:
     from baselines import Solver
-    from robots import Robot
 
 Array = NDArray[np.float64]
 SWING_STEPS = 20  # waypoints of a motion from joints to joints
@@ -29,18 +28,13 @@ class MotionAborted(Exception):  # noqa: N818
     """The attempt cannot go on, and why."""
 
 
-def motion_control_points(
-    robot: Robot, start: Array, target: Array, rule: MotionConfig, scale: float
-) -> Array:
-    """Control points of a motion between configurations or poses, heights scaled to the robot."""
-    first, _ = motion_end(robot, "start", start)
-    last, _ = motion_end(robot, "target", target)
-    scaled = replace(
+def scaled_rule(rule: MotionConfig, scale: float) -> MotionConfig:
+    """The rule of a motion with its heights scaled to the robot."""
+    return replace(
         rule,
         leave_height=scale * rule.leave_height,
         arrive_height=scale * rule.arrive_height,
     )
-    return control_points(first, last, scaled)
 
 
 class Arm:
@@ -68,23 +62,31 @@ class Arm:
         """Start a new record of motions: another primitive begins."""
         self.motions, self.swung = {}, []
 
-    def move(self, name: str, target: Array, over: Array | None = None) -> None:
+    def move(
+        self,
+        name: str,
+        joints: Array | None = None,
+        over: Array | None = None,
+        *,
+        pose: Array | None = None,
+    ) -> None:
         """Plan a motion of the tip from where the arm was sent last, and follow it.
 
         Args:
             name: Which of the configured motions.
-            target: Pose (7,) or joints (dof,) to end at.
+            joints: Joints to end at [rad or m], shape (dof,).
             over: Joints to swing to first where the path of the tip cannot be followed, shape
                 (dof,); none goes without.
+            pose: Instead of joints: pose to end at, base frame, shape (7,).
 
         Raises:
             MotionAborted: The motion jumps between branches of solutions.
         """
-        motion = self._plan(name, target)
+        motion = self._plan(name, joints, pose)
         if over is not None and self._unfit(motion):
             self.swung.append(name)
             self.swing(over)
-            motion = self._plan(name, target)
+            motion = self._plan(name, joints, pose)
         self.motions[name] = motion
         speed = self.config.timing.speed
         seconds = self._timed(motion.joints, speed).duration
@@ -141,18 +143,20 @@ class Arm:
         pose: Array = self.robot.forward_kinematics(self.scene.joints()[None])[0]
         return pose
 
-    def _plan(self, name: str, target: Array) -> Motion:
-        rule = self.config.motions[name]
-        points = motion_control_points(self.robot, self.target, target, rule, self.grip.scale)
+    def _plan(self, name: str, joints: Array | None, pose: Array | None) -> Motion:
+        rule = scaled_rule(self.config.motions[name], self.grip.scale)
+        start, _ = motion_end(self.robot, "start", None, self.target)
+        target, _ = motion_end(self.robot, "target", pose, joints)
         return plan_motion(
             self.robot,
             self.solver,
-            self.target,
-            target,
-            points,
-            rule.steps,
+            target=pose,
+            control_points=control_points(start, target, rule),
+            steps=rule.steps,
             repair=self.repair,
             reroute=rule.reroute,
+            start_joints=self.target,
+            target_joints=joints,
         )
 
     def _unfit(self, motion: Motion) -> bool:

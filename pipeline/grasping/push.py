@@ -53,7 +53,7 @@ class Push:
         self.scene.mark("pushed")
         raised = chosen.pose.copy()
         raised[:2], raised[2] = arm.tip_pose()[:2], raised[2] + arm.grip.lift
-        arm.move("lift", raised)
+        arm.move("lift", pose=raised)
         arm.go_home()
 
     def _ways(self, place: Array) -> Iterator[Reach]:

@@ -50,7 +50,7 @@ def chosen_joints(robot: Robot, requested: list[Any]) -> list[int]:
     """Return the indices of joints that are given by name or by number.
 
     Raises:
-        ConstraintError: The robot has no such joint, or none is asked for.
+        ConstraintError: The robot has no such joint, or none is requested.
     """
     numbers = []
     for joint in requested:

@@ -23,9 +23,10 @@ import torch
 from torch import Tensor
 
 from pipeline.learning.batches import Batches
+from pipeline.learning.factory import build_network
 from pipeline.learning.fused import FusedCycleLoss
 from pipeline.learning.losses import position_error_mm, rotation_error_deg
-from pipeline.learning.networks import IkNetwork, build_network
+from pipeline.learning.networks import IkNetwork
 from pipeline.learning.precision import HIGHEST, MEDIUM, matmul_precision
 from pipeline.learning.rotation import quaternion_from_matrix
 from pipeline.settings import ModelConfig, TrainConfig

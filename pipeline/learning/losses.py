@@ -103,3 +103,13 @@ def rotation_error_deg(predicted: Tensor, target: Tensor) -> Tensor:
     far = torch.linalg.vector_norm(predicted + target, dim=1)
     half_chord = torch.minimum(near, far) / 2
     return torch.rad2deg(4 * torch.asin(half_chord.clamp(max=1.0)))
+
+
+def tip_errors(frames: tuple[Tensor, Tensor], poses: Tensor) -> tuple[Tensor, Tensor]:
+    """Return errors (N,) in mm and deg of tip frames, (N, 3) and (N, 3, 3), from poses (N, 7)."""
+    position, rotation = frames
+    quaternion = quaternion_from_matrix(rotation)
+    return (
+        position_error_mm(position, poses[:, :3]),
+        rotation_error_deg(quaternion, poses[:, 3:]),
+    )

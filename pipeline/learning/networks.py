@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import ClassVar
 
 import torch
 from torch import Tensor, nn
 from torch.nn.functional import gelu
 
-from pipeline.settings import ModelConfig
+from pipeline.learning.rotation import matrix_from_quaternion
 from robots import Robot
 
 POSE_SIZE = 7
@@ -25,8 +26,13 @@ class IkNetwork(nn.Module):
     Args:
         robot: Gives the workspace box (2, 3) in metres and the joint limits (dof,).
         heads: Number of hypotheses K.
+
+    Attributes:
+        capturable: Whether every batch of one size goes through tensors of the same shapes and
+            without a decision of the host, as a step that is captured as a CUDA graph needs.
     """
 
+    capturable: ClassVar[bool] = False
     position_centre: Tensor
     position_scale: Tensor
     joint_centre: Tensor
@@ -61,47 +67,58 @@ class IkNetwork(nn.Module):
         raise NotImplementedError
 
 
-class CycleIkMlp(IkNetwork):
-    """The network of the paper (figure 1): fully connected, GELU layers, then tanh layers.
+class GeluTanhLayers(nn.ModuleList):
+    """The layers of the paper's networks (figure 1): fully connected, GELU first and then tanh.
 
     Args:
-        robot: The robot.
-        model: Neurons of each hidden layer and the number of tanh layers, output included.
+        sizes: Values that go in, neurons of each hidden layer, values that come out.
+        tanh_layers: Layers with tanh, counted from the output.
     """
 
-    def __init__(self, robot: Robot, model: ModelConfig) -> None:
-        super().__init__(robot, heads=1)
-        sizes = [POSE_SIZE, *model.hidden, robot.dof]
+    def __init__(self, sizes: Sequence[int], tanh_layers: int) -> None:
         layers = [nn.Linear(inputs, outputs) for inputs, outputs in pairwise(sizes)]
         for layer in layers:
             nn.init.xavier_normal_(layer.weight)
-        self.layers = nn.ModuleList(layers)
-        self.first_tanh = len(self.layers) - model.tanh_layers
+        super().__init__(layers)
+        self.first_tanh = len(self) - tanh_layers
 
-    def normalised(self, position: Tensor, quaternion: Tensor) -> Tensor:
-        """See `IkNetwork.normalised`."""
-        values = torch.cat((position, quaternion), dim=1)
-        for index, layer in enumerate(self.layers):
+    def forward(self, values: Tensor) -> Tensor:
+        """Return what comes out (N, outputs) of values (N, inputs)."""
+        for index, layer in enumerate(self):
             values = layer(values)
             values = gelu(values) if index < self.first_tanh else torch.tanh(values)
         return values
 
 
-def build_network(robot: Robot, model: ModelConfig) -> IkNetwork:
-    """Return the network that ``model.kind`` names, with fresh weights."""
-    # These build on this module.
-    from pipeline.learning.experts import Experts
-    from pipeline.learning.flow import FlowNetwork
-    from pipeline.learning.null_space import NullSpaceMlp, NullSpaceResidual
+class ResidualBlocks(nn.ModuleList):
+    """Residual blocks of one hidden layer each, normalised before it.
 
-    kinds: dict[str, Callable[[Robot, ModelConfig], IkNetwork]] = {
-        "mlp": CycleIkMlp,
-        "experts": Experts,
-        "null_space": NullSpaceResidual,
-        "null_space_mlp": NullSpaceMlp,
-        "flow": FlowNetwork,
-    }
-    return kinds[model.kind](robot, model)
+    Args:
+        width: Of the residual stream.
+        hidden: Neurons of the hidden layer of each block.
+    """
+
+    def __init__(self, width: int, hidden: Sequence[int]) -> None:
+        super().__init__(
+            nn.Sequential(
+                nn.LayerNorm(width),
+                nn.Linear(width, neurons),
+                nn.GELU(approximate="tanh"),
+                nn.Linear(neurons, width),
+            )
+            for neurons in hidden
+        )
+
+    def forward(self, values: Tensor) -> Tensor:
+        """Return the stream (N, width) after the last block."""
+        for block in self:
+            values = values + block(values)
+        return values
+
+
+def matrix_pose(position: Tensor, quaternion: Tensor) -> Tensor:
+    """Return positions (N, 3) and the rotation matrices of quaternions (N, 4) as rows (N, 12)."""
+    return torch.cat((position, matrix_from_quaternion(quaternion).flatten(1)), dim=1)
 
 
 def parameter_count(network: nn.Module) -> int:

@@ -1,34 +1,19 @@
-"""What a network is trained for: the loss of a batch, and the error of its answers."""
+"""What a trainer needs of an objective, and what a step captured as a CUDA graph needs."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
-import torch
-from torch import Tensor, nn
+from torch import Tensor
 
-from pipeline.learning.constraints import make_penalty
-from pipeline.learning.flow import FlowNetwork
-from pipeline.learning.flow_objective import FlowObjective
-from pipeline.learning.kinematics import make_kinematics
-from pipeline.learning.losses import (
-    PoseLoss,
-    position_error_mm,
-    rotation_error_deg,
-    winner_takes_most,
-)
-from pipeline.learning.networks import IkNetwork
-from pipeline.learning.null_space import NullSpaceGenerator
-from pipeline.learning.null_space_objective import NullSpaceObjective
-from pipeline.learning.rotation import quaternion_from_matrix
-from pipeline.settings import TrainConfig
-from robots import Robot
-
-ERRORS_BATCH = 4096
+ERRORS_BATCH = 4096  # poses of a forward pass when errors are measured
 
 
 class Objective(Protocol):
-    """What the trainer minimises. Noise, if any, follows from a seed and the step alone."""
+    """What the trainer minimises. Noise, if any, follows from a seed and the step alone.
+
+    Made of robot, network, `TrainConfig`, device and seed.
+    """
 
     def loss(self, poses: Tensor, joints: Tensor, step: int, done: float) -> Tensor:
         """Return the scalar loss of a batch.
@@ -44,115 +29,12 @@ class Objective(Protocol):
         """Return errors (N,) in mm and deg of a solver's answers to poses (N, 7)."""
 
 
-def make_objective(
-    robot: Robot, network: nn.Module, train: TrainConfig, device: torch.device, seed: int = 0
-) -> Objective:
-    """Return the objective that a network of this class is trained for.
-
-    Args:
-        robot: Gives forward kinematics.
-        network: The network, on the device.
-        train: Losses and their weights.
-        device: Where batches lie.
-        seed: Root of the noise of objectives that draw some.
-
-    Raises:
-        TypeError: No objective is known for this class.
-    """
-    if isinstance(network, FlowNetwork):
-        return FlowObjective(robot, network, train, device, seed)
-    if isinstance(network, NullSpaceGenerator):
-        return NullSpaceObjective(robot, network, train, device, seed)
-    if isinstance(network, IkNetwork):
-        return CycleObjective(robot, network, train, device)
-    raise TypeError(f"there is no training objective for a {type(network).__name__}")
-
-
-class CycleObjective:
-    """The cycle pose -> joints -> pose, for networks with one or several hypotheses.
-
-    Args:
-        robot: Gives forward kinematics.
-        network: Poses (N, 7) to hypotheses (N, K, dof).
-        train: Losses, share of the heads, negation of the input.
-        device: Where batches lie.
-    """
-
-    def __init__(
-        self, robot: Robot, network: IkNetwork, train: TrainConfig, device: torch.device
-    ) -> None:
-        self.network = network
-        self.train = train
-        self.kinematics = make_kinematics(robot, train.kinematics, device)
-        self.pose_loss = PoseLoss(train)
-        self.penalty = make_penalty(robot, train, device)
-
-    def loss(self, poses: Tensor, joints: Tensor, step: int, done: float) -> Tensor:
-        """See `Objective.loss`; the best hypothesis of a pose counts most."""
-        return self.loss_of(self.network_input(poses, step), poses, self._mean_head_weight(done))
+@runtime_checkable
+class CapturableObjective(Protocol):
+    """An objective whose loss is a function of tensors alone, for networks of one shape."""
 
     def network_input(self, poses: Tensor, step: int) -> Tensor:
-        """Return what the network sees of poses (N, 7): with ``negate_input`` -q on odd steps."""
-        if self.train.negate_input and step % 2:
-            return torch.cat((poses[:, :3], -poses[:, 3:]), dim=1)
-        return poses
+        """Return what the network sees of poses (N, 7) in a step."""
 
-    def loss_of(
-        self, network_input: Tensor, poses: Tensor, mean_head_weight: float = 0.0
-    ) -> Tensor:
-        """Return the scalar loss of a batch, a function of tensors alone where there is one head.
-
-        Args:
-            network_input: (N, 7) what the network sees.
-            poses: (N, 7) what it is to reach.
-            mean_head_weight: Weight of the mean of all hypotheses.
-        """
-        answers = self.network(network_input).flatten(0, 1)
-        losses = self.pose_loss(*self.kinematics(answers), self._for_heads(poses))
-        if self.penalty is not None:
-            losses = losses + self.penalty(answers)
-        return winner_takes_most(losses.unflatten(0, (len(poses), -1)), mean_head_weight)
-
-    @torch.no_grad()
-    def errors(self, poses: Tensor) -> tuple[Tensor, Tensor]:
-        """Return errors (N,) in mm and deg of the best hypothesis for each of poses (N, 7)."""
-        parts = [self._best_errors(part) for part in poses.split(ERRORS_BATCH)]
-        positions, rotations = zip(*parts, strict=True)
-        return torch.cat(positions), torch.cat(rotations)
-
-    @torch.no_grad()
-    def validation_losses(self, poses: Tensor) -> tuple[float, float]:
-        """Return position and rotation loss, unweighted, of the best hypotheses on poses (N, 7)."""
-        position, rotation = self.pose_loss.parts(*self._reached(poses), self._for_heads(poses))
-        both = self.train.position_weight * position + self.train.rotation_weight * rotation
-        best = both.unflatten(0, (len(poses), -1)).argmin(dim=1, keepdim=True)
-        means = [
-            part.unflatten(0, (len(poses), -1)).gather(1, best) for part in (position, rotation)
-        ]
-        return float(means[0].mean()), float(means[1].mean())
-
-    def _reached(self, poses: Tensor) -> tuple[Tensor, Tensor]:
-        """Tip frames of all hypotheses: positions (N K, 3) and rotations (N K, 3, 3)."""
-        return self.kinematics(self.network(poses).flatten(0, 1))
-
-    def _for_heads(self, poses: Tensor) -> Tensor:
-        """Repeat poses (N, 7) for each hypothesis, (N K, 7)."""
-        heads = self.network.heads
-        return poses if heads == 1 else poses.repeat_interleave(heads, dim=0)
-
-    def _mean_head_weight(self, done: float) -> float:
-        """Weight of the mean of all heads: 1 at the start, `mean_head_weight` after a stretch."""
-        until = self.train.mean_head_weight_until
-        rest = max(0.0, 1 - done / until) if until > 0 else 0.0
-        return self.train.mean_head_weight + (1 - self.train.mean_head_weight) * rest
-
-    def _best_errors(self, poses: Tensor) -> tuple[Tensor, Tensor]:
-        position, rotation = self._reached(poses)
-        targets = self._for_heads(poses)
-        best = self.pose_loss(position, rotation, targets).unflatten(0, (len(poses), -1)).argmin(1)
-        rows = torch.arange(len(poses), device=poses.device) * self.network.heads + best
-        quaternion = quaternion_from_matrix(rotation[rows])
-        return (
-            position_error_mm(position[rows], poses[:, :3]),
-            rotation_error_deg(quaternion, poses[:, 3:]),
-        )
+    def loss_of(self, network_input: Tensor, poses: Tensor) -> Tensor:
+        """Return the scalar loss of what the network sees (N, 7) against poses (N, 7)."""

@@ -1,4 +1,4 @@
-"""Refined CycleIK: the network's hypotheses as seeds of the compiled Levenberg-Marquardt kernel."""
+"""A network's hypotheses as seeds of the compiled Levenberg-Marquardt kernel."""
 
 from __future__ import annotations
 
@@ -9,27 +9,31 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import baselines
-from baselines import Budget, Solution
-from baselines.checks import check_initial, check_poses
+from baselines import Budget, SettingError, Solution, Solver
+from baselines.checks import check_poses
 from baselines.lm import LevenbergMarquardt
 from baselines.refine import refine
 from baselines.refine_torch import refine_place, refine_torch
+from baselines.registry import settings
 from baselines.seed_library import build_seed_library
-from pipeline.learning.solver import CycleIk
+from pipeline.errors import choices
+from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
 
 LIBRARY_SEED = 0  # one solver is one function of its settings
 
 
-class CycleIkRefined(CycleIk):
-    """The best hypotheses first, each refined to the tolerances of `lm`, then random restarts.
+class RefinedSolver(Solver):
+    """The best hypotheses of a neural solver, each refined to the tolerances of `lm`.
 
-    An initial guess that is given comes before the hypotheses, so that a motion stays on its branch
-    of solutions; without one the network's best hypothesis is the first seed.
+    Then come the nearest configurations of the seed library and random restarts. An initial guess
+    that is given comes before the hypotheses, so that a motion stays on its branch of solutions;
+    without one the best hypothesis is the first seed.
 
     Args:
         robot: The robot it solves for.
-        weights: Folder of weights.safetensors and card.json.
+        proposer: Name of the neural solver whose hypotheses are refined.
+        weights: Folder of weights.safetensors and card.json for the proposer.
         hypotheses: Hypotheses tried first.
         seed_library: Random configurations that are remembered with their poses; 0 for none.
         neighbours: Of these, the nearest that are tried next, before random configurations.
@@ -39,15 +43,22 @@ class CycleIkRefined(CycleIk):
             numba's.
         time_s: Wall-clock budget per pose of the refinement where `solve` gets none [s].
         iterations: Iteration budget per pose where `solve` gets none.
-        **tolerances: Tolerances of the network, see `CycleIk`.
+        **further: Other settings of the proposer; where left out, those of its YAML hold.
+
+    Attributes:
+        proposer: The neural solver.
+        kernel: The solver `lm`, whose tolerances and damping are used.
+
+    Raises:
+        SettingError: The proposer is not a neural solver, or has no such setting.
     """
 
-    budgets: ClassVar[frozenset[str]] = frozenset({"time_s", "iterations"})
-    always_answers = False  # what is not refined to the tolerances is not found
+    requires: ClassVar[tuple[str, ...]] = ("torch",)
 
     def __init__(
         self,
         robot: Robot,
+        proposer: str,
         weights: str,
         hypotheses: int,
         seed_library: int,
@@ -56,9 +67,10 @@ class CycleIkRefined(CycleIk):
         threads: int,
         time_s: float | None,
         iterations: int | None,
-        **tolerances: Any,
+        **further: Any,
     ) -> None:
-        super().__init__(robot, weights, threads=threads, **tolerances)
+        super().__init__(robot, time_s=time_s, iterations=iterations)
+        self.proposer = _neural(proposer, robot, weights=weights, threads=threads, **further)
         self.tried = hypotheses
         self.library = build_seed_library(robot, seed_library, neighbours, LIBRARY_SEED)
         place = refine_place(robot, device, "float64")
@@ -66,25 +78,51 @@ class CycleIkRefined(CycleIk):
         kernel = baselines.load("lm", robot, time_s=time_s, iterations=iterations)
         assert isinstance(kernel, LevenbergMarquardt)
         self.kernel = kernel
-        self.budget = kernel.budget
+
+    @property
+    def threads(self) -> int:
+        """Threads of the network and of the kernel."""
+        return self.proposer.threads
+
+    @threads.setter
+    def threads(self, count: int) -> None:
+        self.proposer.threads = count
+
+    @property
+    def position_tolerance_mm(self) -> float:
+        """Position error against which the proposer ranks its hypotheses."""
+        return self.proposer.position_tolerance_mm
+
+    @property
+    def rotation_tolerance_deg(self) -> float:
+        """Rotation error against which it ranks them."""
+        return self.proposer.rotation_tolerance_deg
+
+    def hypotheses(self, poses: NDArray[np.float64]) -> Hypotheses:
+        """Return the proposer's answers to poses (N, 7), best first, before any refinement."""
+        return self.proposer.hypotheses(poses)
 
     def solve(
         self, poses: ArrayLike, initial: ArrayLike | None = None, budget: Budget | None = None
     ) -> Solution:
         """See `baselines.Solver.solve`."""
+        if initial is not None:
+            return super().solve(poses, initial, budget)
         targets = check_poses(poses)
         chosen = self.budget if budget is None else self._validated_budget(budget)
         if len(targets) == 0:
             return Solution.empty(0, self.robot.dof)
-        if initial is None:
-            return self._refined(targets, np.empty((len(targets), 0, self.robot.dof)), chosen)
-        home = np.asarray(self.robot.home)
-        first = check_initial(initial, len(targets), home, self.lower, self.upper)
-        return self._refined(targets, first[:, None], chosen)
+        return self._refined(targets, np.empty((len(targets), 0, self.robot.dof)), chosen)
+
+    def _solve_batch(
+        self, poses: NDArray[np.float64], initial: NDArray[np.float64], budget: Budget | None
+    ) -> Solution:
+        return self._refined(poses, initial[:, None], budget)
 
     def _refined(
         self, poses: NDArray[np.float64], first: NDArray[np.float64], budget: Budget | None
     ) -> Solution:
+        """Refine from the first seeds (N, 0 or 1, dof), then from the hypotheses."""
         start = time.perf_counter()
         answers = self.hypotheses(poses).joints[:, : self.tried]
         network_s = (time.perf_counter() - start) / len(poses)
@@ -96,3 +134,19 @@ class CycleIkRefined(CycleIk):
             refined = refine(self.robot, poses, seeds, options, self.threads, self.library)
         refined.time_s[:] += network_s
         return refined.solution()
+
+
+def _neural(name: str, robot: Robot, **overrides: Any) -> NeuralSolver:
+    """Load the solver whose hypotheses are refined."""
+    proposers = [known for known in baselines.names() if _is_network(known)]
+    if name not in proposers:
+        raise SettingError(f"proposer: {choices('neural solver', name, proposers)}")
+    solver = baselines.load(name, robot, **overrides)
+    assert isinstance(solver, NeuralSolver)
+    return solver
+
+
+def _is_network(name: str) -> bool:
+    """Whether a solver is a network alone; its settings tell, without an import."""
+    values = settings(name)
+    return "weights" in values and "proposer" not in values

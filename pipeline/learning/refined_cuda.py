@@ -10,7 +10,7 @@ from baselines.lm_cuda import DeviceAnswers, LmCuda
 from baselines.lm_kernel import LmOptions
 from baselines.refine import Refined
 from baselines.seed_library import SeedLibrary
-from pipeline.learning.experts import Experts
+from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.networks import IkNetwork
 from robots import Robot
 
@@ -56,7 +56,7 @@ class RefinedCuda:
         self._seeder = self._hypotheses  # one object, by which recorded launches are known
         self._experts: Any = None
         if isinstance(network, Experts):
-            from pipeline.learning.experts_cuda import DeviceExperts
+            from pipeline.learning.cycleik.experts_cuda import DeviceExperts
 
             self._experts = DeviceExperts(network)
         else:

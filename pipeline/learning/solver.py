@@ -1,31 +1,26 @@
-"""The neural solver: one forward pass of the network answers a whole batch of poses."""
+"""Neural solvers: a network answers a batch of poses in one pass, once or many times each."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from abc import abstractmethod
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from torch import Tensor
 
 from baselines import Budget, Solution, Solver
-from baselines.refine import numba_threads
-from pipeline.learning.experts import Experts
-from pipeline.learning.experts_kernel import (
-    CompiledExperts,
-    answer_rows,
-    answer_rows_parallel,
-    compiled_experts,
-)
+from baselines.checks import check_poses
 from pipeline.learning.weights import load_network
 from robots import Robot, rotations
 
-_TO_MM_AND_DEG = np.array([1e3, 180 / np.pi])
 NOT_PRECISE = "outside the tolerance"
+ROWS = 16384  # samples of a pass of the network
 
 
 class Hypotheses(NamedTuple):
@@ -55,8 +50,8 @@ def torch_threads(count: int) -> Iterator[None]:
             torch.set_num_threads(before)
 
 
-class CycleIk(Solver):
-    """CycleIK: deterministic, one forward pass, no iterations and no initial guess.
+class NeuralSolver(Solver):
+    """One forward pass, no iterations and no initial guess.
 
     Of several hypotheses the one with the smallest error, each measured in tolerances, is taken.
 
@@ -72,8 +67,8 @@ class CycleIk(Solver):
         default_model: What is trained for it (conf/model) where a run's model is of another kind.
     """
 
-    kinds: ClassVar[tuple[str, ...]] = ("mlp", "experts")
-    default_model: ClassVar[str] = "compact"
+    kinds: ClassVar[tuple[str, ...]]
+    default_model: ClassVar[str]
     requires: ClassVar[tuple[str, ...]] = ("torch",)
     budgets: ClassVar[frozenset[str]] = frozenset()
     always_answers = True
@@ -91,14 +86,9 @@ class CycleIk(Solver):
         self.position_tolerance_mm = position_tolerance_mm
         self.rotation_tolerance_deg = rotation_tolerance_deg
         self.threads = threads
-        self.compiled = (
-            compiled_experts(self.network) if isinstance(self.network, Experts) else None
-        )
 
     def hypotheses(self, poses: NDArray[np.float64]) -> Hypotheses:
         """Return the network's answers to poses (N, 7), best first."""
-        if self.compiled is not None:
-            return self._compiled_hypotheses(poses, self.compiled)
         joints = self._answers(poses)
         position, rotation = self._errors(joints, poses)
         in_tolerances = (
@@ -108,30 +98,6 @@ class CycleIk(Solver):
         rows = np.arange(len(poses))[:, None]
         return Hypotheses(joints[rows, order], position[rows, order], rotation[rows, order])
 
-    def _compiled_hypotheses(
-        self, poses: NDArray[np.float64], experts: CompiledExperts
-    ) -> Hypotheses:
-        """The same without torch, for networks that have a kernel."""
-        count, heads = len(poses), self.network.heads
-        joints = np.empty((count, heads, self.robot.dof))
-        errors = np.empty((count, heads, 2))
-        weights = 1 / np.array([self.position_tolerance_mm, self.rotation_tolerance_deg])
-        arguments = (
-            self.robot.chain,
-            experts,
-            np.ascontiguousarray(poses, dtype=np.float64),
-            weights * _TO_MM_AND_DEG,
-            joints,
-            errors,
-        )
-        if self.threads == 1 or count == 1:
-            answer_rows(*arguments)
-        else:
-            with numba_threads(self.threads):
-                answer_rows_parallel(*arguments)
-        errors *= _TO_MM_AND_DEG
-        return Hypotheses(joints, errors[..., 0], errors[..., 1])
-
     def _answers(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the network's answers (N, K, dof) to poses (N, 7), inside the limits."""
         with torch_threads(self.threads), torch.inference_mode():
@@ -139,10 +105,7 @@ class CycleIk(Solver):
         return np.clip(output.numpy().astype(np.float64), self.lower, self.upper)
 
     def _solve_batch(
-        self,
-        poses: NDArray[np.float64],
-        initial: NDArray[np.float64],
-        budget: Budget | None,
+        self, poses: NDArray[np.float64], initial: NDArray[np.float64], budget: Budget | None
     ) -> Solution:
         start = time.perf_counter()
         answers = self.hypotheses(poses)
@@ -168,3 +131,60 @@ class CycleIk(Solver):
         position = np.linalg.norm(reached[..., :3] - poses[:, None, :3], axis=2) * 1e3
         targets = np.broadcast_to(poses[:, None, 3:], (count, heads, 4))
         return position, np.degrees(rotations.rotation_angle(reached[..., 3:], targets))
+
+
+class SamplingSolver(NeuralSolver):
+    """The best of the solutions that a generative network samples; `sample` gives all of them.
+
+    All poses share their random numbers, so that an answer does not depend on the poses beside it.
+
+    Args:
+        robot: The robot it solves for.
+        weights: Folder of weights.safetensors and card.json.
+        samples: Samples of each pose.
+        seed: Of the samples.
+        **settings: Tolerances and threads, see `NeuralSolver`.
+    """
+
+    def __init__(
+        self, robot: Robot, weights: str, samples: int, seed: int, **settings: Any
+    ) -> None:
+        super().__init__(robot, weights, **settings)
+        self.samples, self.seed = samples, seed
+
+    def sample(self, poses: ArrayLike, count: int, seed: int) -> NDArray[np.float64]:
+        """Sample solutions.
+
+        Args:
+            poses: (N, 7) or one pose (7,), x y z in m, then unit qw qx qy qz.
+            count: Solutions K of each pose.
+            seed: Of the random numbers, which all poses share.
+
+        Returns:
+            (N, K, dof), or (K, dof) for one pose: joints [rad or m] inside the limits, not refined
+            and in no order.
+
+        Raises:
+            PoseError: Poses of wrong shape, not finite or with a quaternion that is not unit.
+        """
+        array = np.asarray(poses, dtype=np.float64)
+        sampled = self._sampled(check_poses(np.atleast_2d(array)), count, seed)
+        return sampled[0] if array.ndim == 1 else sampled
+
+    @abstractmethod
+    def _sampler(self, count: int, seed: int) -> Callable[[Tensor], Tensor]:
+        """Return a function from poses (N, 7) to joints (N, count, dof) with its own noise."""
+
+    def _answers(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self._sampled(poses, self.samples, self.seed)
+
+    def _sampled(self, poses: NDArray[np.float64], count: int, seed: int) -> NDArray[np.float64]:
+        sampler = self._sampler(count, seed)
+        sampled = np.empty((len(poses), count, self.robot.dof))
+        step = max(1, ROWS // count)
+        with torch_threads(self.threads), torch.inference_mode():
+            for start in range(0, len(poses), step):
+                rows = slice(start, start + step)
+                targets = torch.as_tensor(poses[rows], dtype=torch.float32)
+                sampled[rows] = sampler(targets).numpy()
+        return np.clip(sampled, self.lower, self.upper)

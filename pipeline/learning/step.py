@@ -15,8 +15,8 @@ import torch
 from torch import Tensor, nn
 
 from pipeline.learning.checkpoint import Progress
-from pipeline.learning.networks import CycleIkMlp
-from pipeline.learning.objective import CycleObjective, Objective
+from pipeline.learning.networks import IkNetwork
+from pipeline.learning.objective import CapturableObjective, Objective
 from pipeline.learning.precision import MatmulPrecision, matmul_precision
 from pipeline.settings import TrainConfig
 
@@ -109,12 +109,12 @@ class BranchlessStep:
     scaler uses for mixed precision.
 
     Args:
-        state: What it works on; its objective must be a `CycleObjective` with one hypothesis.
+        state: What it works on; its objective must be a `CapturableObjective`.
         size: Poses in each batch.
     """
 
     def __init__(self, state: TrainState, size: int) -> None:
-        assert isinstance(state.objective, CycleObjective)
+        assert isinstance(state.objective, CapturableObjective)
         self.state, self.objective = state, state.objective
         device = state.parameters[0].device
         self._network_input, self._poses = torch.zeros(2, size, 7, device=device)
@@ -124,7 +124,7 @@ class BranchlessStep:
     def __call__(
         self, poses: Tensor, joints: Tensor, progress: Progress, total: int, rate: float
     ) -> None:
-        """Take a step, see `EagerStep`; `flush` tells the losses."""
+        """Take a step, see `EagerStep`; `flush` reports the losses."""
         self._poses.copy_(poses)
         self._network_input.copy_(self.objective.network_input(poses, progress.step))
         self._rate.fill_(rate)
@@ -210,11 +210,12 @@ def is_captured(train: TrainConfig, network: nn.Module, device: torch.device) ->
     """Return whether ``train.step`` stands for a captured step; ``auto`` takes it where it can.
 
     Raises:
-        TrainingError: It is asked for and cannot be.
+        TrainingError: It is requested and cannot be.
     """
     hindrances = {
         "a CUDA device (train.device)": device.type == "cuda",
-        "a network of one shape for every batch (model=paper)": isinstance(network, CycleIkMlp),
+        "a network of one shape for every batch (model=paper)": isinstance(network, IkNetwork)
+        and network.capturable,
         "train.kinematics=auto or products": train.kinematics in ("auto", "products"),
     }
     missing = [name for name, met in hindrances.items() if not met]

@@ -18,8 +18,8 @@ from pipeline.learning import checkpoint
 from pipeline.learning.allocator import keep_freed_memory
 from pipeline.learning.batches import Batches
 from pipeline.learning.checkpoint import Progress, State
+from pipeline.learning.factory import make_objective
 from pipeline.learning.networks import IkNetwork
-from pipeline.learning.objective import make_objective
 from pipeline.learning.precision import MatmulPrecision, matmul_precision
 from pipeline.learning.step import CapturedStep, EagerStep, TrainingError, TrainState, is_captured
 from pipeline.progress import LOGGER, bar
@@ -233,7 +233,7 @@ def pick_device(name: str) -> torch.device:
     """Return the device that ``train.device`` names; ``auto`` takes an accelerator if there is one.
 
     Raises:
-        TrainingError: CUDA is asked for and there is none.
+        TrainingError: CUDA is requested and there is none.
     """
     if name == "cuda" and not torch.cuda.is_available():
         raise TrainingError("train.device=cuda, but torch sees no CUDA device: use auto or cpu")

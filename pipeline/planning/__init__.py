@@ -7,9 +7,8 @@ from robots.compiled_cache import use_own_folder
 use_own_folder("pipeline/planning", "baselines", "robots")
 
 from pipeline.planning.bezier import bezier_curve, bezier_derivative, path_parameter  # noqa: E402
-from pipeline.planning.control import control_points  # noqa: E402
 from pipeline.planning.motion import Motion, plan_motion  # noqa: E402
-from pipeline.planning.path import tip_path  # noqa: E402
+from pipeline.planning.path import control_points, tip_path  # noqa: E402
 from pipeline.planning.rotation import slerp, spherical_bezier  # noqa: E402
 from pipeline.planning.timing import Trajectory, time_scale  # noqa: E402
 

@@ -15,9 +15,8 @@ import baselines
 from pipeline.data.rows import RowCheckpoint
 from pipeline.planning.config import MotionConfig, PlanConfig
 from pipeline.planning.continuity import branch_flips, joint_steps, kernel_options
-from pipeline.planning.control import control_points
 from pipeline.planning.motion import Motion, plan_motion
-from pipeline.planning.path import tip_path
+from pipeline.planning.path import control_points, tip_path
 from pipeline.planning.reach import judge_path
 from robots.rotations import rotation_angle
 
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 MS_PER_S = 1e3
-KEY = ("solver", "pair")  # what tells one row from another
+KEY = ("solver", "pair")  # identifies a row
 VERDICT = ("in_reach", "continuous")  # columns of a row that depend on its pair alone
 SHOWN = 100  # pairs that are looked at for one to draw
 LIMIT_SLACK = 1e-6  # rad or m; rounding
@@ -81,7 +80,7 @@ def plan_by_rule(
 def plan_both(
     robot: Robot, solver: Solver, pair: Pair, config: PlanConfig, repair: Solver | None
 ) -> tuple[Motion, Motion]:
-    """Plan one motion on the path as asked at all costs, and as `config.motion` allows."""
+    """Plan one motion on the requested path at all costs, and as `config.motion` allows."""
     rules = (replace(config.motion, reroute=False), config.motion)
     requested, driven = (plan_by_rule(robot, solver, pair, rule, repair) for rule in rules)
     return requested, driven
@@ -149,14 +148,14 @@ def benchmark(
         config: Number of pairs, motion, repair.
         seed: Seed of the pairs.
         kept: Finished rows by `KEY`; a killed benchmark goes on after the last of them.
-        repair: Solver that mends jumps; None leaves each solver to its own.
+        repair: Solver whose kernel repairs jumps; None leaves each solver to its own.
         progress: Called with 1 after each plan.
 
     Returns:
         One raw row a pair and solver: plan time, tip error along the path, largest joint step,
         branch flips, waypoints found, limit and collision violations, and if another curve was
         driven how far that leads away; of the batched query alone the same under `query_`; and what
-        the path that was asked for allows any planner, see `reach.judge_path`. `busy_ms` is the
+        the requested path allows any planner, see `reach.judge_path`. `busy_ms` is the
         processor time of the calling thread, which other work on the machine changes little; a
         solver with threads of its own has more.
     """

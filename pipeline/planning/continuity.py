@@ -1,8 +1,8 @@
 """Jumps between waypoints: what a branch flip is, and how a path without one is found.
 
 A solver answers each waypoint by itself, so that two neighbours may lie on different branches of
-solutions. The guard mends that in two steps, the cheap one first: it follows the branches that the
-solver's own answers lie on to both ends of the path, and where none of them lives that long it
+solutions. It is repaired in two steps, the cheap one first: it follows the branches that the
+solver's own answers lie on to both ends of the path, and where none of them reaches that far it
 searches all branches (`search`). What flips then had to, as far as that search can tell.
 """
 
@@ -17,7 +17,7 @@ from baselines.lm import LevenbergMarquardt
 from baselines.lm_kernel import LmOptions
 from pipeline.planning.flip_kernel import find_flips
 from pipeline.planning.follow_kernel import follow_until_complete
-from pipeline.planning.search import QUICK, TASK, fewest_flips, one_branch
+from pipeline.planning.search import QUICK, fewest_flips, one_branch
 
 if TYPE_CHECKING:
     from baselines import Solver
@@ -34,6 +34,27 @@ class Ends(NamedTuple):
 
     first: Array | None
     last: Array | None
+
+    def pin(self, joints: Array, found: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
+        """Put the given joints at the ends of joints (S, dof) and found (S,), in place."""
+        for i, known in zip((0, -1), self, strict=True):
+            if known is not None:
+                joints[i], found[i] = known, True
+        return joints, found
+
+
+class Answers(NamedTuple):
+    """What a query answered.
+
+    Attributes:
+        joints: Joints, shape (S, dof).
+        found: The solver's claims, shape (S,).
+        candidates: All hypotheses, shape (S, K, dof), or None for solvers without any.
+    """
+
+    joints: Array
+    found: NDArray[np.bool_]
+    candidates: Array | None = None
 
 
 def joint_steps(joints: Array) -> Array:
@@ -83,11 +104,9 @@ def kernel_options(solver: Solver | None) -> LmOptions | None:
 def repair_path(
     robot: Robot,
     poses: Array,
-    joints: Array,
-    found: NDArray[np.bool_],
+    answers: Answers,
     ends: Ends,
     options: LmOptions,
-    candidates: Array | None = None,
     flip_free_only: bool = False,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Replace a path that flips or misses waypoints by a better one, if there is one.
@@ -95,21 +114,20 @@ def repair_path(
     Args:
         robot: The robot.
         poses: Waypoints, base frame [m, unit quaternion], shape (S, 7).
-        joints: The solver's answers [rad or m], shape (S, dof).
-        found: Its claims, shape (S,).
+        answers: Of the solver; its candidates are further configurations to begin from.
         ends: Joints that the path has to start and end with.
         options: Tolerances and damping of the repair.
-        candidates: More answers for each waypoint to begin from, shape (S, K, dof).
         flip_free_only: Look for paths without any flip alone; with few flips none is wanted.
 
     Returns:
         Joints, shape (S, dof), and which waypoints were reached, shape (S,): the answers as they
         were where nothing better was found, by waypoints missed, then flips, then travel.
     """
+    joints, found, _ = answers
     if fits(robot, joints, found, poses):
         return joints, found
     paths = [(joints, found)]
-    followed = _followed(robot, poses, joints, found, ends, options, candidates)
+    followed = _followed(robot, poses, answers, ends, options)
     if followed is not None:
         paths.append((followed, np.ones(len(poses), dtype=bool)))
     else:
@@ -133,46 +151,35 @@ def _searched(
     paths = []
     if first is not None or last is None:
         path, reached = fewest_flips(robot, poses, options, QUICK, first, last, flip_free_only)
-        paths.append(_pinned(path, reached, ends))
+        paths.append(ends.pin(path, reached))
         if _badness(robot, path, reached, poses)[:2] == (0, 0):
             return paths
     path, reached = fewest_flips(
         robot, poses[::-1].copy(), options, QUICK, last, first, flip_free_only
     )
-    paths.append(_pinned(path[::-1].copy(), reached[::-1].copy(), ends))
+    paths.append(ends.pin(path[::-1].copy(), reached[::-1].copy()))
     return paths
 
 
 def _followed(
-    robot: Robot,
-    poses: Array,
-    joints: Array,
-    found: NDArray[np.bool_],
-    ends: Ends,
-    options: LmOptions,
-    candidates: Array | None,
+    robot: Robot, poses: Array, answers: Answers, ends: Ends, options: LmOptions
 ) -> Array | None:
     """Follow the branches of the answers; the first that covers the path, shape (S, dof)."""
-    origins, seeds = _beginnings(robot, poses, joints, found, ends, candidates)
+    origins, seeds = _beginnings(robot, poses, answers, ends)
     paths = np.empty((len(seeds), len(poses), robot.dof))
-    share = QUICK.share if robot.dof > TASK else 0.0
+    share = QUICK.drift(robot.dof)
     winner = follow_until_complete(
         robot.chain, poses, origins, seeds, options, share, SAME_BRANCH, paths
     )
     if winner < 0:
         return None
     path = np.array(paths[winner])
-    path, _ = _pinned(path, found.copy(), ends)
+    path, _ = ends.pin(path, answers.found.copy())
     return None if branch_flips(robot, path, poses).any() else path
 
 
 def _beginnings(
-    robot: Robot,
-    poses: Array,
-    joints: Array,
-    found: NDArray[np.bool_],
-    ends: Ends,
-    candidates: Array | None,
+    robot: Robot, poses: Array, answers: Answers, ends: Ends
 ) -> tuple[NDArray[np.int64], Array]:
     """Waypoints (K,) and configurations (K, dof) to follow branches from, best first."""
     if ends.first is not None:
@@ -180,6 +187,7 @@ def _beginnings(
     last = len(poses) - 1
     if ends.last is not None:
         return np.array([last]), ends.last[None]
+    joints, found, candidates = answers
     breaks = branch_flips(robot, joints, poses) | ~found[1:] | ~found[:-1]
     edges = np.concatenate([[0], np.flatnonzero(breaks) + 1, [last + 1]])
     longest = np.argsort(-np.diff(edges), kind="stable")[:SEGMENTS]
@@ -190,14 +198,6 @@ def _beginnings(
         origins = np.concatenate([origins, np.repeat(places, candidates.shape[1])])
         seeds = np.concatenate([seeds, candidates[places].reshape(-1, robot.dof)])
     return origins.astype(np.int64), np.ascontiguousarray(seeds)
-
-
-def _pinned(joints: Array, found: NDArray[np.bool_], ends: Ends) -> tuple[Array, NDArray[np.bool_]]:
-    """Put the given joints at the ends."""
-    for i, known in zip((0, -1), ends, strict=True):
-        if known is not None:
-            joints[i], found[i] = known, True
-    return joints, found
 
 
 def _badness(

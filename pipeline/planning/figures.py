@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from pipeline.planning.benchmark import Pair
 from pipeline.planning.config import PlanConfig
 from pipeline.planning.continuity import branch_flips
-from pipeline.planning.control import control_points
 from pipeline.planning.drawing import draw_frames, draw_polygon, frame_box
 from pipeline.planning.flip_kernel import FLIP_STEP
 from pipeline.planning.motion import Motion
+from pipeline.planning.path import control_points
 from pipeline.presentation.naming import robot_title, solver_title
 from pipeline.presentation.style import (
     INK,
@@ -57,11 +57,11 @@ def write_figures(
 
 
 def write_route(robot: Robot, requested: Motion, driven: Motion, solver: str, folder: Path) -> None:
-    """Write a figure of a path that flips and of the curve that is driven for it.
+    """Write a figure of a requested path that flips and of the curve driven in its place.
 
     Args:
         robot: The robot.
-        requested: The plan on the path as it was asked for.
+        requested: The plan on the requested path.
         driven: The plan between the same ends on another curve.
         solver: Name of the solver of both.
         folder: Where the figure goes.
@@ -134,7 +134,7 @@ def _route_figure(robot: Robot, requested: Motion, driven: Motion, solver: str) 
     polygon = np.vstack([driven.poses[:1, :3], inner, driven.poses[-1:, :3]])
     size = frame_box(axes, np.vstack([requested.poses[:, :3], driven.poses[:, :3], polygon]))
     axes.plot(
-        *requested.poses[:, :3].T, color=LOOKS[1].colour, linewidth=1.6, label="path as asked"
+        *requested.poses[:, :3].T, color=LOOKS[1].colour, linewidth=1.6, label="requested path"
     )
     flips = np.flatnonzero(branch_flips(robot, requested.joints, requested.poses))
     where = 0.5 * (requested.poses[flips, :3] + requested.poses[flips + 1, :3])

@@ -1,4 +1,4 @@
-"""Compiled following of single branches of solutions along a whole path."""
+"""Compiled following of single branches of solutions from one end of a path to the other."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ def _follow(chain, poses, origin, options, share, path, t):  # type: ignore[no-u
         while 0 <= i < poses.shape[0]:
             before = path[i - direction]
             good = False
-            for pushed in (share > 0.0, False):
+            for biased in (share > 0.0, False):
                 t.q[:] = before
-                if pushed:
+                if biased:
                     avoid_limits(chain, share, t)
-                good = reach_pose(chain, poses[i], options, pushed, t) and not is_flip(
+                good = reach_pose(chain, poses[i], options, biased, t) and not is_flip(
                     chain, before, t.q, poses[i - direction], poses[i], t
                 )
-                if good or not pushed:
+                if good or not biased:
                     break
             if not good:
                 break
@@ -49,7 +49,7 @@ def follow_until_complete(  # type: ignore[no-untyped-def]
         origins: Waypoint that each seed is for, shape (K,).
         seeds: Configurations near a solution of that waypoint [rad or m], shape (K, dof).
         options: `LmOptions`.
-        share: Wish of a joint at its limit to leave it, per waypoint [rad or m]; 0 for none.
+        share: Motion of a joint at its limit away from it, per waypoint [rad or m]; 0 for none.
         apart: Largest joint distance up to which two solutions are one [rad or m].
         paths: Receives the branches, NaN where one is lost, shape (K, S, dof).
 

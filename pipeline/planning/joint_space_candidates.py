@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 PAIRS = 32  # of solutions of both ends that are looked at
-OVER = 128  # configurations that ways go over where no other is free of collisions
-NEAREST = 8  # pairs that these ways are tried for
+OVER = 128  # configurations that candidates pass near where no other is free of collisions
+NEAREST = 8  # pairs that these candidates are tried for
 OVER_SEED = 0  # of these configurations
 STRIDE = 4  # waypoints between two that are looked at for collisions
 LEVER_M = 0.3  # m of detour that a turn of 1 rad away from the path is worth
@@ -31,9 +31,9 @@ LEVER_M = 0.3  # m of detour that a turn of 1 rad away from the path is worth
 def joint_space_candidates(
     robot: Robot, requested: Array, ends: Ends, options: LmOptions
 ) -> Iterator[Array]:
-    """Yield ways inside the joint limits from solutions of a path's start to such of its target.
+    """Yield paths of joints inside the limits from solutions of a path's start to its target's.
 
-    First come straight ways in the joints and ways that bend over the middle of the joints' ranges,
+    First come straight lines in the joints and curves that bend over the middle of their ranges,
     as far as they are free of collisions, those first whose tip stays nearest to the path; then
     such that bend over one or two other configurations; then those with collisions.
 
@@ -67,7 +67,7 @@ def joint_space_candidates(
 
 
 def _bent(straight: Array, over: Array) -> Array:
-    """Bend straight ways (W, S, dof) towards one configuration each or all, (W or 1, dof).
+    """Bend straight lines (W, S, dof) towards one configuration each or all, (W or 1, dof).
 
     These are quadratic Bezier curves in the joints: inside the limits, as their control points are.
     """
@@ -77,7 +77,7 @@ def _bent(straight: Array, over: Array) -> Array:
 
 
 def _bent_twice(straight: Array, first: Array, second: Array) -> Array:
-    """Bend a straight way (1, S, dof) towards pairs of configurations (W, dof), a cubic each."""
+    """Bend a straight line (1, S, dof) towards pairs of configurations (W, dof), a cubic each."""
     k = path_parameter(straight.shape[1])[:, None]
     begin, end = straight[:, :1], straight[:, -1:]
     inner = 3.0 * k * (1.0 - k) * ((1.0 - k) * first[:, None] + k * second[:, None])
@@ -85,15 +85,15 @@ def _bent_twice(straight: Array, first: Array, second: Array) -> Array:
 
 
 def _solutions(robot: Robot, pose: Array, given: Array | None, options: LmOptions) -> Array:
-    """Solutions of an end, apart from one another, free of collisions if any of them is."""
+    """Distinct solutions of an end, free of collisions if any of them is."""
     if given is not None:
         return given[None]
     found = solutions(robot, pose, options, QUICK)
     chosen = np.empty(QUICK.samples, np.int64)
     count = thinned(found, np.arange(len(found)), QUICK.gap, chosen) if len(found) else 0
-    apart = found[chosen[:count]]
-    free = apart[~robot.in_collision(apart)]
-    return free if len(free) else apart
+    distinct = found[chosen[:count]]
+    free = distinct[~robot.in_collision(distinct)]
+    return free if len(free) else distinct
 
 
 def _nearest_pairs(starts: Array, goals: Array) -> list[tuple[int, int]]:
@@ -107,7 +107,7 @@ def _nearest_pairs(starts: Array, goals: Array) -> list[tuple[int, int]]:
 def _free(
     robot: Robot, requested: Array, candidates: Array, colliding: list[tuple[int, Array]]
 ) -> Iterator[Array]:
-    """Yield ways (W, S, dof) that are free of collisions, nearest to the path first.
+    """Yield candidates (W, S, dof) that are free of collisions, nearest to the path first.
 
     The others are added to a list, each with how many of the waypoints looked at collide.
     """
@@ -118,7 +118,7 @@ def _free(
     looked = np.ascontiguousarray(candidates[:, ::STRIDE].reshape(-1, dof))
     hits = robot.in_collision(looked).reshape(count, -1).sum(axis=1)
     for candidate in np.argsort(away + LEVER_M * turned, kind="stable"):
-        # Few waypoints say that a way collides, only all of them that it is free.
+        # Few waypoints say that a candidate collides, only all of them that it is free.
         if hits[candidate] == 0:
             hits[candidate] = robot.in_collision(candidates[candidate]).sum()
         if hits[candidate] == 0:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pipeline.planning.continuity import (
+    Answers,
     Ends,
     branch_flips,
     fits,
@@ -17,7 +18,7 @@ from pipeline.planning.continuity import (
     kernel_options,
     repair_path,
 )
-from pipeline.planning.path import tip_path
+from pipeline.planning.path import PathError, checked_joints, checked_pose, tip_path
 from pipeline.planning.query import solve_waypoints
 from pipeline.planning.reach import out_of_reach
 from pipeline.planning.route import Route, find_route
@@ -25,6 +26,7 @@ from robots.rotations import rotation_angle
 
 if TYPE_CHECKING:
     from baselines import Solver
+    from baselines.lm_kernel import LmOptions
     from robots import Robot
 
 Array = NDArray[np.float64]
@@ -46,7 +48,7 @@ class Motion:
         answers: Joints as the batched query gave them, before any repair, shape (S, dof).
         answered: The solver's claims in it, shape (S,).
         query_s: Wall time of path and query alone [s].
-        requested: Tip poses on the path that was asked for, shape (S, 7); `answers` are for these.
+        requested: Tip poses on the requested path, shape (S, 7); `answers` are for these.
         route: The other curve that is driven where no joints were found for that path, or None:
             then `poses` and `requested` are the same.
     """
@@ -69,13 +71,16 @@ class Motion:
 def plan_motion(
     robot: Robot,
     solver: Solver,
-    start: ArrayLike,
-    target: ArrayLike,
+    start: ArrayLike | None = None,
+    target: ArrayLike | None = None,
     control_points: ArrayLike | None = None,
     steps: int = 50,
     control_rotations: ArrayLike | None = None,
     repair: Solver | None = None,
     reroute: bool = True,
+    *,
+    start_joints: ArrayLike | None = None,
+    target_joints: ArrayLike | None = None,
 ) -> Motion:
     """Plan a motion of the tip with one batched inverse-kinematics query.
 
@@ -88,45 +93,44 @@ def plan_motion(
     Args:
         robot: The robot.
         solver: Solver for the whole batch of poses.
-        start: Start pose (7,) or joint positions (dof,), which are kept as the first waypoint.
-        target: Target pose (7,) or joint positions (dof,), which are kept as the last waypoint.
+        start: Start pose (x, y, z [m], unit quaternion w, x, y, z), base frame, shape (7,).
+        target: Target pose, base frame, shape (7,).
         control_points: Inner control points, base frame [m], shape (n, 3).
         steps: Number of poses, both ends included, at least 2.
         control_rotations: Inner key rotations, unit quaternions, shape (m, 4).
-        repair: `lm` or `cycleik_refined`, whose tolerances and damping mend the path; where left
-            out, a solver that is one of them mends its own, and others stay as they answered.
-        reroute: Whether another curve may be driven where no branch lives through this one. Forbid
-            it where the way matters and not its ends alone.
+        repair: `lm` or a refined solver, whose tolerances and damping repair the path; where
+            left out, a solver that has them repairs its own path, and others stay as answered.
+        reroute: Whether another curve may be driven where no branch covers this one. Forbid it
+            where the path matters and not its ends alone.
+        start_joints: Instead of `start`: joint positions [rad or m], shape (dof,), which are kept
+            as the first waypoint.
+        target_joints: Instead of `target`: joint positions, which are kept as the last waypoint.
 
     Returns:
         The motion; an unreachable path is one too, with `found` false where the solver says so.
 
     Raises:
-        ValueError: If start or target is neither a pose nor a joint vector of this robot, or
-            `repair` is a solver that cannot mend.
+        PathError: An end is given twice or not at all; an end, control points or key rotations
+            have another shape, are not finite or not unit; or `repair` is a solver that cannot
+            repair a path.
     """
-    first, first_joints = motion_end(robot, "start", start)
-    last, last_joints = motion_end(robot, "target", target)
+    first, first_joints = motion_end(robot, "start", start, start_joints)
+    last, last_joints = motion_end(robot, "target", target, target_joints)
     options = kernel_options(solver if repair is None else repair)
     if options is None and repair is not None:
-        raise ValueError(f"repair must be lm or cycleik_refined, got {repair.name or repair}")
+        raise PathError(
+            f"repair must be lm or a refined solver, cycleik_refined for one, got "
+            f"{repair.name or repair}"
+        )
     begin = time.perf_counter()
     requested = tip_path(first, last, control_points, steps, control_rotations)
     ends = Ends(first_joints, last_joints)
     given = solve_waypoints(robot, solver, requested, ends)
     query_s = time.perf_counter() - begin
-    poses, joints, found, route = requested, given.joints, given.found, None
+    joints, found, route = given.joints, given.found, None
     if options is not None:
-        astray = reroute and out_of_reach(robot, requested, found, options)
-        mending = (robot, requested, joints, found, ends, options, given.candidates)
-        if not astray:  # else no search can help, so do without
-            joints, found = repair_path(*mending, flip_free_only=reroute)
-        if reroute and not fits(robot, joints, found, requested):
-            route = find_route(robot, requested, ends, options)
-            if route is None:
-                joints, found = repair_path(*mending)
-    if route is not None:
-        poses, joints, found = route.poses, route.joints, np.ones(steps, dtype=bool)
+        joints, found, route = _repaired(robot, requested, given, ends, options, reroute)
+    poses = requested if route is None else route.poses
     seconds = time.perf_counter() - begin
     reached = robot.forward_kinematics(joints)
     return Motion(
@@ -146,30 +150,50 @@ def plan_motion(
     )
 
 
-def motion_end(robot: Robot, name: str, value: ArrayLike) -> tuple[Array, Array | None]:
-    """Pose of one end of a motion, and its joints if it was given by joints.
+def _repaired(
+    robot: Robot,
+    requested: Array,
+    given: Answers,
+    ends: Ends,
+    options: LmOptions,
+    reroute: bool,
+) -> tuple[Array, NDArray[np.bool_], Route | None]:
+    """Repair the answers to a path, and find another curve where that is allowed and necessary."""
+    joints, found, _ = given
+    # Where a waypoint is out of reach no search can help, so do without.
+    if not (reroute and out_of_reach(robot, requested, found, options)):
+        joints, found = repair_path(robot, requested, given, ends, options, reroute)
+    if not reroute or fits(robot, joints, found, requested):
+        return joints, found, None
+    route = find_route(robot, requested, ends, options)
+    if route is not None:
+        return route.joints, np.ones(len(requested), dtype=bool), route
+    joints, found = repair_path(robot, requested, given, ends, options)
+    return joints, found, None
 
-    With seven joints a vector of length seven could be both; a unit quaternion in its last four
-    places decides for the pose.
+
+def motion_end(
+    robot: Robot, name: str, pose: ArrayLike | None, joints: ArrayLike | None
+) -> tuple[Array, Array | None]:
+    """Pose of one end of a motion, and its joints if it was given by joints.
 
     Args:
         robot: The robot.
-        name: What to call the end in an error.
-        value: Pose (7,) or joint positions (dof,).
+        name: What to call the end in an error, start or target.
+        pose: Pose (7,), base frame, or None.
+        joints: Joint positions (dof,) [rad or m], or None.
 
     Returns:
         The pose, base frame, shape (7,), and the joints, shape (dof,), or None.
 
     Raises:
-        ValueError: If the value is neither.
+        PathError: Both are given or neither, or the value has another shape.
     """
-    vector = np.asarray(value, dtype=np.float64)
-    if vector.ndim == 1 and np.isfinite(vector).all():
-        if len(vector) == 7 and abs(np.linalg.norm(vector[3:]) - 1.0) < 1e-6:
-            return vector, None
-        if len(vector) == robot.dof:
-            return robot.forward_kinematics(vector[None])[0], vector
-    raise ValueError(
-        f"{name} must be a pose (x, y, z, unit quaternion w, x, y, z) or {robot.dof} joint "
-        f"positions of {robot.name}, all finite, got {vector.tolist()}"
-    )
+    if (pose is None) == (joints is None):
+        given = "both" if joints is not None else "neither"
+        raise PathError(f"expected {name}, a pose, or {name}_joints, got {given}")
+    if joints is None:
+        assert pose is not None
+        return checked_pose(name, pose), None
+    known = checked_joints(f"{name}_joints", joints, robot.dof)
+    return robot.forward_kinematics(known[None])[0], known

@@ -1,15 +1,15 @@
-"""The batched query: a whole path of poses, one answer each, on as few branches as it allows."""
+"""The batched query: all poses of a path, one answer each, on as few branches as it allows."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from baselines.refine import refine
 from pipeline.planning.bezier import path_parameter
-from pipeline.planning.continuity import Ends, kernel_options
+from pipeline.planning.continuity import Answers, Ends, kernel_options
 from pipeline.planning.search_kernel import cheapest_path
 
 if TYPE_CHECKING:
@@ -35,28 +35,15 @@ class Hypothesising(Protocol):
         """Return answers to poses (N, 7), best first."""
 
 
-class Answers(NamedTuple):
-    """What a query answered.
-
-    Attributes:
-        joints: Joints, shape (S, dof).
-        found: The solver's claims, shape (S,).
-        candidates: All hypotheses, shape (S, K, dof), or None for solvers without any.
-    """
-
-    joints: Array
-    found: NDArray[np.bool_]
-    candidates: Array | None
-
-
 def solve_waypoints(robot: Robot, solver: Solver, poses: Array, ends: Ends) -> Answers:
     """Ask a solver for all waypoints of a path.
 
-    A network with several hypotheses is asked once. Of each waypoint's hypotheses that one is taken
-    with which the joints travel least along the whole path; a refined solver then refines it, and
-    falls back on the waypoint's others. Other solvers are asked for the two ends first, and the
-    batch is seeded with the straight way between their joints: neighbouring seeds keep an iterative
-    solver on one branch of solutions. The same holds where the joints at the target are given.
+    A network with several hypotheses is queried once. Of each waypoint's hypotheses that one is
+    taken with which the joints travel least along the path; a refined solver then refines it, and
+    falls back on the waypoint's others. Other solvers are queried for the two ends first, and the
+    batch is seeded with the straight line between their joints: neighbouring seeds keep an
+    iterative solver on one branch of solutions. The same holds where the joints at the target are
+    given.
 
     Args:
         robot: The robot.
@@ -81,24 +68,17 @@ def solve_waypoints(robot: Robot, solver: Solver, poses: Array, ends: Ends) -> A
         found = (position[rows, chosen] <= solver.position_tolerance_mm) & (
             rotation[rows, chosen] <= solver.rotation_tolerance_deg
         )
-        return Answers(*_given(joints, found, ends), candidates)
+        return Answers(*ends.pin(joints, found), candidates)
     seeds = np.concatenate([joints[:, None], candidates], axis=1)
     refined = refine(robot, poses, seeds, options._replace(starts=seeds.shape[1]))
-    return Answers(*_given(refined.joints, refined.found, ends), candidates)
+    return Answers(*ends.pin(refined.joints, refined.found), candidates)
 
 
 def _seeded(robot: Robot, solver: Solver, poses: Array, ends: Ends) -> Answers:
-    """Seed the batch with the straight way between the joints at its ends."""
+    """Seed the batch with the straight line between the joints at its ends."""
     seed = robot.home if ends.first is None else ends.first
     edge = np.array(solver.solve(poses[[0, -1]], initial=seed).joints)
-    edge, _ = _given(edge, np.ones(2, dtype=bool), ends)
+    edge, _ = ends.pin(edge, np.ones(2, dtype=bool))
     k = path_parameter(len(poses))[:, None]
     solution = solver.solve(poses, initial=(1.0 - k) * edge[0] + k * edge[1])
-    return Answers(*_given(np.array(solution.joints), np.array(solution.found), ends), None)
-
-
-def _given(joints: Array, found: NDArray[np.bool_], ends: Ends) -> tuple[Array, NDArray[np.bool_]]:
-    for i, known in zip((0, -1), ends, strict=True):
-        if known is not None:
-            joints[i], found[i] = known, True
-    return joints, found
+    return Answers(*ends.pin(np.array(solution.joints), np.array(solution.found)))

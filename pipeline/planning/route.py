@@ -1,11 +1,11 @@
-"""Another curve between the same two ends, for a path that no branch of solutions lives through.
+"""Another curve between the same two ends, for a path that no branch of solutions covers.
 
-A straight way between joints can always be driven: it keeps to the limits, which are a box, and it
-cannot flip. So the curve that the tip draws on such a way has a solution without a flip. A Bezier
+A straight line between joints can always be driven: it keeps to the limits, which are a box, and it
+cannot flip. So the curve that the tip draws on such a line has a solution without a flip. A Bezier
 curve is fitted to its positions and its rotation becomes key rotations, which makes control points
-like any others (equations 10 to 12 of the paper); then these are drawn back towards the path that
-was asked for, as far as the joints still follow. Joints are solved along the curve and not along
-the way that it was derived from, so the tip's errors are those of the curve.
+like any others (equations 10 to 12 of the paper); then these are drawn back towards the requested
+path, as far as the joints still follow. Joints are solved along the curve and not along the
+candidate that it was derived from, so the tip's errors are those of the curve.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from pipeline.planning.continuity import Ends, branch_flips, joint_steps
 from pipeline.planning.curve import Curve, between, fit
 from pipeline.planning.follow_kernel import follow_until_complete
 from pipeline.planning.joint_space_candidates import joint_space_candidates
-from pipeline.planning.search import QUICK, TASK
+from pipeline.planning.search import QUICK
 
 if TYPE_CHECKING:
     from robots import Robot
 
 Array = NDArray[np.float64]
 
-TRIES = 8  # ways that a curve is fitted to, unless none of these can be driven
+TRIES = 8  # candidates that a curve is fitted to, unless none of these can be driven
 DETAILS = ((5, 6), (8, 12), (12, 24))  # degree and stretches of rotation of a curve, plainest first
 WIDEST = 0.25  # rad or m, joint step that drawing a curve back may lead to
 HALVINGS = 5  # of the share by which a curve may be drawn back
@@ -82,7 +82,7 @@ def find_route(robot: Robot, requested: Array, ends: Ends, options: LmOptions) -
 def _fitted(
     robot: Robot, requested: Array, candidate: Array, ends: Ends, options: LmOptions
 ) -> tuple[Curve, Route] | None:
-    """Fit a curve to a way between joints (S, dof) and solve it, None where that fails."""
+    """Fit a curve to a joint-space candidate (S, dof) and solve it, None where that fails."""
     tips = robot.forward_kinematics(candidate)
     tips[[0, -1]] = requested[[0, -1]]
     for degree, stretches in DETAILS:
@@ -99,15 +99,15 @@ def _fitted(
 def _drawn_back(
     robot: Robot, requested: Array, curve: Curve, route: Route, ends: Ends, options: LmOptions
 ) -> Route:
-    """Draw a curve towards the path that was asked for as far as the joints follow, by halving.
+    """Draw a curve towards the requested path as far as the joints follow, by halving.
 
     The branch is followed from the start, so it has to arrive by itself where the joints at the
     target are given; neither collisions nor wide joint steps may be added.
     """
-    wish = fit(requested, curve.degree, curve.stretches)
+    goal = fit(requested, curve.degree, curve.stretches)
     share, step = 0.0, 0.5
     for _ in range(HALVINGS):
-        drawn = between(curve, wish, share + step)
+        drawn = between(curve, goal, share + step)
         poses = drawn.poses(len(requested))
         joints = _follow(robot, poses, route.joints[0], options)
         closer = None if joints is None else _checked(robot, drawn, poses, joints, ends)
@@ -126,19 +126,16 @@ def _no_worse(closer: Route, route: Route) -> bool:
 def _follow(robot: Robot, poses: Array, first: Array, options: LmOptions) -> Array | None:
     """Follow the branch of the first joints (dof,) along a path, None where it is lost."""
     paths = np.empty((1, len(poses), robot.dof))
-    share = QUICK.share if robot.dof > TASK else 0.0
     origin, seed = np.zeros(1, np.int64), np.ascontiguousarray(first[None])
     winner = follow_until_complete(
-        robot.chain, poses, origin, seed, options, share, QUICK.gap, paths
+        robot.chain, poses, origin, seed, options, QUICK.drift(robot.dof), QUICK.gap, paths
     )
     return None if winner < 0 else paths[0]
 
 
 def _checked(robot: Robot, curve: Curve, poses: Array, joints: Array, ends: Ends) -> Route | None:
     """Make a route of joints that reach all poses, None if they flip once the ends are put on."""
-    for i, known in zip((0, -1), ends, strict=True):
-        if known is not None:
-            joints[i] = known
+    joints, _ = ends.pin(joints, np.ones(len(joints), dtype=bool))
     if branch_flips(robot, joints, poses).any():
         return None
     collisions = int(robot.in_collision(joints).sum())

@@ -35,7 +35,7 @@ class Effort:
         samples: Samples of all branches that are carried from waypoint to waypoint.
         copies: Continuations of each sample of a redundant arm: drift, none, random.
         share: Drift of a joint at its limit away from it, per waypoint [rad or m].
-        size: Largest random wish of a joint, per waypoint [rad or m].
+        size: Largest random motion of a joint, per waypoint [rad or m].
         gap: Joint distance up to which two samples are one [rad or m].
     """
 
@@ -47,8 +47,12 @@ class Effort:
     size: float
     gap: float
 
+    def drift(self, dof: int) -> float:
+        """Return `share` where there is a null space to drift in, else 0."""
+        return self.share if dof > TASK else 0.0
 
-# What a plan may cost that nothing cheaper could mend, and what tells whether any plan could do it.
+
+# For a plan that nothing cheaper could repair, and to find out whether any plan could.
 QUICK = Effort(origins=5, seeds=128, samples=128, copies=4, share=0.05, size=0.15, gap=0.1)
 EXHAUSTIVE = Effort(origins=17, seeds=400, samples=400, copies=4, share=0.05, size=0.15, gap=0.1)
 
@@ -77,7 +81,7 @@ def one_branch(robot: Robot, poses: Array, options: LmOptions, effort: Effort) -
     """Follow the branches through some of the waypoints, one by one, to both ends of a path.
 
     Cheaper than `longest_path`, and it starts where a narrow branch may be widest; but each branch
-    is followed in one way only, where a redundant arm has many.
+    is followed along one path of joints only, where a redundant arm has many.
 
     Args:
         robot: The robot.
@@ -88,7 +92,7 @@ def one_branch(robot: Robot, poses: Array, options: LmOptions, effort: Effort) -
     Returns:
         Joints, shape (S, dof), or None if no branch covers the path.
     """
-    share = effort.share if robot.dof > TASK else 0.0
+    share = effort.drift(robot.dof)
     for origin in np.linspace(0, len(poses) - 1, effort.origins).astype(int):
         seeds = solutions(robot, poses[origin], options, effort)
         paths = np.empty((len(seeds), len(poses), robot.dof))

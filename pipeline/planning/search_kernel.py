@@ -3,7 +3,7 @@
 The solutions of a waypoint form one or more sheets, points for six joints and curves or surfaces
 for redundant arms. The search carries a set of samples of these sheets from waypoint to waypoint:
 each sample is continued, also with motions in the null space, samples that came close to one
-another become the one with the least travel so far, and those that are lost end. What is alive at
+another become the one with the least travel so far, and those that are lost end. What reaches
 the last waypoint has come from the first one without a flip.
 """
 
@@ -21,7 +21,7 @@ GROWTH = 1.5  # of the distance between samples where they are too many
 
 @njit(cache=True)
 def thinned(joints, order, gap, chosen):  # type: ignore[no-untyped-def]
-    """Choose rows that are apart from one another, the first in order first.
+    """Choose rows at a distance from one another, the first in order first.
 
     The gap grows until the choice fits, so that all sheets stay in it.
 
@@ -58,23 +58,23 @@ def thinned(joints, order, gap, chosen):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _wish(chain, goal, remaining, kind, share, size, key, counter, t):  # type: ignore[no-untyped-def]
-    """Write the null-space wish of one copy of a sample into t.push."""
+def _set_bias(chain, goal, remaining, kind, share, size, key, counter, t):  # type: ignore[no-untyped-def]
+    """Write the null-space motion of one copy of a sample into t.bias."""
     if kind == 0 and goal.shape[0] > 0:
         for k in range(t.q.shape[0]):
-            t.push[k] = (goal[k] - t.q[k]) / remaining
+            t.bias[k] = (goal[k] - t.q[k]) / remaining
     elif kind == 0:
         avoid_limits(chain, share, t)
     else:
         for k in range(t.q.shape[0]):
-            t.push[k] = size * (2.0 * uniform(key, counter * t.q.shape[0] + k) - 1.0)
+            t.bias[k] = size * (2.0 * uniform(key, counter * t.q.shape[0] + k) - 1.0)
 
 
 @njit(cache=True)
 def search(  # type: ignore[no-untyped-def]
     chain, poses, starts, goal, options, copies, share, size, gap, nodes, parents, costs, counts
 ):
-    """Carry samples of all branches from the first waypoint as far as any of them lives.
+    """Carry samples of all branches from the first waypoint as far as any of them can be continued.
 
     Args:
         chain: The chain of the robot.
@@ -82,9 +82,9 @@ def search(  # type: ignore[no-untyped-def]
         starts: Solutions of the first waypoint [rad or m], shape (K, dof).
         goal: Joints to drift towards [rad or m], shape (dof,), or (0,) for mid-range.
         options: `LmOptions`.
-        copies: Continuations of each sample: a drift, none, then random wishes; 1 is none alone.
-        share: Wish of a joint at its limit to leave it [rad or m].
-        size: Largest random wish of a joint [rad or m].
+        copies: Continuations of each sample: a drift, none, then random motions; 1 is none alone.
+        share: Motion of a joint at its limit away from it [rad or m].
+        size: Largest random motion of a joint [rad or m].
         gap: Distance up to which two samples are one [rad or m].
         nodes: Receives the samples, shape (S, N, dof).
         parents: Receives the sample before each, shape (S, N).
@@ -111,7 +111,7 @@ def search(  # type: ignore[no-untyped-def]
                 t.q[:] = nodes[i - 1, n]
                 if kind != 1:
                     left, draw = poses.shape[0] - i, n * copies + copy
-                    _wish(chain, goal, left, kind, share, size, key, draw, t)
+                    _set_bias(chain, goal, left, kind, share, size, key, draw, t)
                 if not reach_pose(chain, poses[i], options, kind != 1, t):
                     continue
                 if is_flip(chain, nodes[i - 1, n], t.q, poses[i - 1], poses[i], t):
@@ -169,7 +169,7 @@ def relax(chain, poses, options, sweeps, joints):  # type: ignore[no-untyped-def
         for j in range(1, joints.shape[0] - 1):
             i = j if sweep % 2 == 0 else joints.shape[0] - 1 - j
             t.q[:] = joints[i]
-            t.push[:] = 0.5 * (joints[i - 1] + joints[i + 1]) - joints[i]
+            t.bias[:] = 0.5 * (joints[i - 1] + joints[i + 1]) - joints[i]
             if (
                 reach_pose(chain, poses[i], options, True, t)
                 and not is_flip(chain, joints[i - 1], t.q, poses[i - 1], poses[i], t)

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from baselines.damped_solve import damped_solve
+from baselines.damped_step import damped_step
 from baselines.linearise import (
     Linearisation,
     find_error,
@@ -36,21 +36,21 @@ class Tracker(NamedTuple):
     Attributes:
         at: Kinematics of the configuration at hand.
         solved: (6,) solution of a damped system.
-        wanted: (6,) its right-hand side.
+        residual: (6,) its right-hand side.
         step: (dof,) joint step [rad or m].
         free: (dof,) joints that are not frozen at a limit.
         q: (dof,) the configuration at hand [rad or m].
-        push: (dof,) wish for the null space [rad or m].
+        bias: (dof,) motion in the null space to add to a step [rad or m].
         middle: (7,) pose half way between two waypoints.
     """
 
     at: Linearisation
     solved: Array
-    wanted: Array
+    residual: Array
     step: Array
     free: NDArray[np.bool_]
     q: Array
-    push: Array
+    bias: Array
     middle: Array
 
 
@@ -71,47 +71,14 @@ def new_tracker(chain):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _step(chain, t, damping, max_active_set_passes):  # type: ignore[no-untyped-def]
-    """Move t.q by z + Jᵀ (J Jᵀ + λ I)⁻¹ (e - J z), z = t.push, inside the limits."""
-    dof = t.q.shape[0]
-    t.free[:] = True
-    for _ in range(max_active_set_passes + 1):
-        for i in range(6):
-            t.wanted[i] = t.at.error[i]
-        for k in range(dof):
-            if t.free[k] and t.push[k] != 0.0:
-                for i in range(6):
-                    t.wanted[i] -= t.at.jacobian[k, i] * t.push[k]
-        damped_solve(t.at.jacobian, t.free, t.wanted, damping, t.solved)
-        frozen = False
-        for k in range(dof):
-            if not t.free[k]:
-                t.step[k] = 0.0
-                continue
-            total = t.push[k]
-            for i in range(6):
-                total += t.at.jacobian[k, i] * t.solved[i]
-            t.step[k] = total
-            if (t.q[k] <= chain.lower[k] and total < 0.0) or (
-                t.q[k] >= chain.upper[k] and total > 0.0
-            ):
-                t.free[k] = False
-                frozen = True
-        if not frozen:
-            break
-    for k in range(dof):
-        t.q[k] = min(max(t.q[k] + t.step[k], chain.lower[k]), chain.upper[k])
-
-
-@njit(cache=True)
-def reach_pose(chain, pose, options, pushed, t):  # type: ignore[no-untyped-def]
+def reach_pose(chain, pose, options, biased, t):  # type: ignore[no-untyped-def]
     """Descend from t.q to a pose (7,) and say whether it was reached; t.q is where it ended.
 
     Args:
         chain: The chain of the robot.
         pose: The pose, base frame [m, unit quaternion].
         options: `LmOptions`; tolerances, damping and active-set passes are used.
-        pushed: Whether the first step adds the null-space wish t.push.
+        biased: Whether the first step adds the null-space motion t.bias.
         t: The `Tracker`.
     """
     position2 = options.position_tolerance_m**2
@@ -120,29 +87,29 @@ def reach_pose(chain, pose, options, pushed, t):  # type: ignore[no-untyped-def]
     for attempt in range(CORRECTIONS + 1):
         find_frames(chain, t.q, t.at)
         distance2, angle2 = find_error(pose, t.at)
-        if distance2 <= position2 and angle2 <= rotation2 and not (pushed and attempt == 0):
+        if distance2 <= position2 and angle2 <= rotation2 and not (biased and attempt == 0):
             return True
         if attempt == CORRECTIONS:
             break
-        if attempt == 0 and not pushed:
-            t.push[:] = 0.0
+        if attempt == 0 and not biased:
+            t.bias[:] = 0.0
         find_jacobian(chain, t.at)
         damping = options.damping + options.damping_gain * (distance2 + angle2)
-        _step(chain, t, damping, options.max_active_set_passes)
-        t.push[:] = 0.0
+        damped_step(chain, t, t.bias, damping, options.max_active_set_passes)
+        t.bias[:] = 0.0
     return False
 
 
 @njit(cache=True)
 def avoid_limits(chain, share, t):  # type: ignore[no-untyped-def]
-    """Wish every joint away from its limits, by the cube of its distance from mid-range.
+    """Write a null-space motion of every joint away from its limits, by the cube of its position.
 
     Args:
         chain: The chain of the robot.
-        share: Wish of a joint that is at its limit [rad or m].
-        t: The `Tracker`; t.push is written for t.q.
+        share: Motion of a joint that is at its limit [rad or m].
+        t: The `Tracker`; t.bias is written for t.q.
     """
     for k in range(t.q.shape[0]):
         half = 0.5 * (chain.upper[k] - chain.lower[k])
         off = (t.q[k] - chain.lower[k]) / half - 1.0 if half > 0.0 else 0.0
-        t.push[k] = -share * off * off * off
+        t.bias[k] = -share * off * off * off

@@ -17,6 +17,7 @@ SOLVERS = {
     "cycleik": "CycleIK",
     "cycleik_refined": "CycleIK refined",
     "null_space": "CycleIK null space",
+    "null_space_refined": "CycleIK null space refined",
     "flow": "flow",
     "flow_refined": "flow refined",
     "ikflow": "IKFlow",
@@ -36,7 +37,16 @@ SOLVERS = {
     "ssik": "ssik",
     "frankik": "frankik",
 }
-NEURAL = ("cycleik", "cycleik_refined", "null_space", "flow", "flow_refined", "ikflow", "eem")
+NEURAL = (
+    "cycleik",
+    "cycleik_refined",
+    "null_space",
+    "null_space_refined",
+    "flow",
+    "flow_refined",
+    "ikflow",
+    "eem",
+)
 OUTCOMES = {
     "success": "Success",
     "slipped": "Slipped",

@@ -14,7 +14,8 @@ from pipeline.config import to_dict
 from pipeline.data.dataset import CARD, PoseSet, read_split
 from pipeline.data.files import read_json, write_json, write_text
 from pipeline.learning.checkpoint import Progress, State
-from pipeline.learning.networks import build_network, parameter_count
+from pipeline.learning.factory import build_network
+from pipeline.learning.networks import parameter_count
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.learning.weights import chain_facts, read_card, save_weights
 from pipeline.seeding import derive_seed

@@ -21,8 +21,9 @@ from pipeline.config import compose, to_dict
 from pipeline.data.dataset import PoseSet
 from pipeline.data.tables import read_table
 from pipeline.learning.checkpoint import Progress
-from pipeline.learning.experts import Experts
-from pipeline.learning.networks import IkNetwork, build_network, parameter_count
+from pipeline.learning.cycleik.experts import Experts
+from pipeline.learning.factory import build_network
+from pipeline.learning.networks import IkNetwork, parameter_count
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.progress import LOGGER
 from pipeline.provenance import digest, machine

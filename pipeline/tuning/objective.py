@@ -13,8 +13,9 @@ from torch import Tensor
 
 from pipeline.data.dataset import PoseSet
 from pipeline.errors import PipelineError
-from pipeline.learning.networks import IkNetwork, build_network, parameter_count
-from pipeline.learning.objective import CycleObjective
+from pipeline.learning.cycleik.objective import CycleObjective
+from pipeline.learning.factory import build_network
+from pipeline.learning.networks import IkNetwork, parameter_count
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.seeding import derive_seed
 from pipeline.settings import Config

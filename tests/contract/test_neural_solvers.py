@@ -12,7 +12,7 @@ import baselines
 from baselines import Budget, PoseError, SolverError
 from baselines.registry import settings
 from pipeline.config import compose, to_dict
-from pipeline.learning.networks import build_network
+from pipeline.learning.factory import build_network
 from pipeline.learning.weights import chain_facts, save_weights
 from pipeline.solvers import is_neural, load_solver, models_of
 from robots import Robot, load_robot, rotations

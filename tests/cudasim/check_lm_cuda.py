@@ -16,7 +16,7 @@ from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, LmOptio
 from baselines.refine import Refined, refine
 from baselines.seed_library import SeedLibrary, build_seed_library
 from pipeline import load_solver
-from pipeline.learning.refined import CycleIkRefined
+from pipeline.learning.refined import RefinedSolver
 from pipeline.learning.refined_cuda import RefinedCuda
 from robots import Robot, available_robots, load_robot
 from robots.rotations import rotation_angle
@@ -193,11 +193,11 @@ def test_what_cannot_be_is_refused(panda: Robot) -> None:
 def test_refined_descends_from_the_networks_hypotheses(name: str) -> None:
     robot = load_robot(name)
     cpu = load_solver("cycleik_refined", robot)
-    assert isinstance(cpu, CycleIkRefined)
+    assert isinstance(cpu, RefinedSolver)
     options = cpu.kernel.options(None)
     poses = robot.forward_kinematics(robot.sample(6, seed=5, collision_free=True))
-    theirs, hypotheses = cpu.solve(poses), cpu.hypotheses(poses).joints
-    lanes = RefinedCuda(robot, cpu.network, options, cpu.library, way="lane")
+    theirs, hypotheses = cpu.solve(poses), cpu.proposer.hypotheses(poses).joints
+    lanes = RefinedCuda(robot, cpu.proposer.network, options, cpu.library, way="lane")
     check_solved(robot, ours := lanes.solve(poses), poses)
     seeds, tried = lanes._hypotheses(cuda.to_device(poses))
     assert tried == 1
@@ -206,7 +206,7 @@ def test_refined_descends_from_the_networks_hypotheses(name: str) -> None:
     assert first.any()
     assert np.array_equal(ours.iterations[first], theirs.iterations[first])
     np.testing.assert_allclose(ours.joints[first], theirs.joints[first], atol=1e-6)
-    blocks = RefinedCuda(robot, cpu.network, options, cpu.library, way="block", lanes=LANES)
+    blocks = RefinedCuda(robot, cpu.proposer.network, options, cpu.library, way="block", lanes=LANES)
     check_solved(robot, blocks.solve(poses), poses)
 
 

@@ -15,7 +15,7 @@ import torch
 
 from pipeline.config import compose
 from pipeline.data.dataset import PoseSet
-from pipeline.learning.networks import build_network
+from pipeline.learning.factory import build_network
 from pipeline.learning.trainer import Trainer, TrainingRun
 from robots import available_robots, load_robot
 

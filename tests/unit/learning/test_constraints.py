@@ -10,9 +10,9 @@ from pipeline.config import compose
 from pipeline.data.dataset import PoseSet
 from pipeline.errors import ConfigError
 from pipeline.learning.constraints import ConstraintError, Penalty, make_penalty
+from pipeline.learning.cycleik.objective import CycleObjective
+from pipeline.learning.factory import build_network
 from pipeline.learning.kinematics import ChainKinematics, make_link_kinematics
-from pipeline.learning.networks import build_network
-from pipeline.learning.objective import CycleObjective
 from pipeline.learning.trainer import Trainer, TrainingRun
 from robots import Robot, load_robot
 from robots.errors import UrdfError

@@ -7,12 +7,13 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
-from pipeline.learning.experts import Experts
-from pipeline.learning.experts_kernel import (
+from pipeline.learning.cycleik.experts import Experts
+from pipeline.learning.cycleik.experts_kernel import (
     answer_rows,
     answer_rows_parallel,
     compiled_experts,
 )
+from pipeline.learning.networks import matrix_pose
 from pipeline.settings import ModelConfig
 from robots import Robot, load_robot
 
@@ -64,7 +65,7 @@ def test_a_pose_goes_to_the_nearest_centre_of_the_metric(
     network: Experts, poses: NDArray[np.float64]
 ) -> None:
     shown = as_tensor(poses)
-    features = network.features(network.scaled(shown), shown[:, 3:])
+    features = matrix_pose(network.scaled(shown), shown[:, 3:])
     distances = torch.cdist(features.double() * network.metric, network.centres.double())
     assert torch.equal(network.cell(features), distances.argmin(1))
     assert len(network.cell(features).unique()) == MODEL.experts
@@ -74,7 +75,7 @@ def test_an_answer_is_that_of_its_expert_alone(
     network: Experts, poses: NDArray[np.float64]
 ) -> None:
     shown = as_tensor(poses[:50])
-    features = network.features(network.scaled(shown), shown[:, 3:])
+    features = matrix_pose(network.scaled(shown), shown[:, 3:])
     for row, cell in enumerate(network.cell(features).tolist()):
         values = (features[row] - network.mean[cell]) / network.scale[cell]
         for index, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True)):
@@ -124,7 +125,7 @@ def test_gradients_reach_only_the_experts_of_the_batch(
     made = Experts(robot, MODEL)
     made.prepare(as_tensor(poses))
     shown = as_tensor(poses[:3])
-    used = set(made.cell(made.features(made.scaled(shown), shown[:, 3:])).tolist())
+    used = set(made.cell(matrix_pose(made.scaled(shown), shown[:, 3:])).tolist())
     made(shown).square().sum().backward()
     for weight in made.weights:
         assert weight.grad is not None

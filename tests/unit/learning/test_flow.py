@@ -11,11 +11,10 @@ import torch
 from baselines import PoseError, SettingError
 from pipeline.config import compose, to_dict
 from pipeline.errors import ConfigError
-from pipeline.learning.flow import FlowNetwork, draw_latents
-from pipeline.learning.flow_objective import FlowObjective
-from pipeline.learning.flow_solver import FlowIk
-from pipeline.learning.networks import build_network
-from pipeline.learning.objective import make_objective
+from pipeline.learning.factory import build_network, make_objective
+from pipeline.learning.flow.network import FlowNetwork, draw_latents
+from pipeline.learning.flow.objective import FlowObjective
+from pipeline.learning.flow.solver import FlowIk
 from pipeline.learning.weights import WeightsError, chain_facts, save_weights
 from pipeline.settings import Config
 from pipeline.solvers import load_solver

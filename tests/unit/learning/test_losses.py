@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from pipeline.config import compose
+from pipeline.learning.factory import build_network, make_objective
 from pipeline.learning.losses import (
     PoseLoss,
     former_position_loss,
@@ -19,8 +20,6 @@ from pipeline.learning.losses import (
     smooth_minimum_quaternion_loss,
     winner_takes_most,
 )
-from pipeline.learning.networks import build_network
-from pipeline.learning.objective import make_objective
 from pipeline.learning.rotation import matrix_from_quaternion
 from robots import load_robot
 

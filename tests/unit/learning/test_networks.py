@@ -7,7 +7,8 @@ import pytest
 import torch
 
 from pipeline.config import compose
-from pipeline.learning.networks import build_network, parameter_count
+from pipeline.learning.factory import build_network
+from pipeline.learning.networks import parameter_count
 from robots import available_robots, load_robot
 
 TABLE_ONE = {

@@ -11,11 +11,11 @@ import torch
 
 from pipeline.config import compose, to_dict
 from pipeline.data.dataset import PoseSet
-from pipeline.learning.networks import build_network, parameter_count
-from pipeline.learning.null_space import NullSpaceGenerator
-from pipeline.learning.null_space_objective import NullSpaceObjective, variance_loss
-from pipeline.learning.null_space_solver import NullSpaceIk
-from pipeline.learning.objective import make_objective
+from pipeline.learning.factory import build_network, make_objective
+from pipeline.learning.networks import parameter_count
+from pipeline.learning.null_space.network import NullSpaceGenerator
+from pipeline.learning.null_space.objective import NullSpaceObjective, variance_loss
+from pipeline.learning.null_space.solver import NullSpaceIk
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.learning.weights import chain_facts, save_weights
 from pipeline.settings import Config
@@ -38,12 +38,17 @@ def poses(panda: Robot) -> PoseSet:
 
 
 @pytest.fixture(scope="module")
-def solver(panda: Robot, tmp_path_factory: pytest.TempPathFactory) -> NullSpaceIk:
+def weights(panda: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("weights")
     config = compose(SMALL)
     card = {**chain_facts(panda), "config": {"model": to_dict(config.model)}}
     save_weights(folder, network(panda, config), card)
-    made = load_solver("null_space", panda, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def solver(panda: Robot, weights: Path) -> NullSpaceIk:
+    made = load_solver("null_space", panda, weights)
     assert isinstance(made, NullSpaceIk)
     return made
 
@@ -170,12 +175,8 @@ def test_samples_are_the_same_for_a_seed_and_the_first_is_the_answer(
     np.testing.assert_allclose(solver.solve(poses.poses[:3]).joints, drawn[:, 0], atol=1e-6)
 
 
-def test_refined_answers_reach_the_pose(solver: NullSpaceIk, poses: PoseSet, panda: Robot) -> None:
-    solver.refined = True
-    try:
-        solution = solver.solve(poses.poses[:50])
-    finally:
-        solver.refined = False
+def test_refined_answers_reach_the_pose(weights: Path, poses: PoseSet, panda: Robot) -> None:
+    solution = load_solver("null_space_refined", panda, weights).solve(poses.poses[:50])
     assert solution.found.all()
     reached = panda.forward_kinematics(solution.joints)
     assert np.abs(reached[:, :3] - poses.poses[:50, :3]).max() < 1e-4

@@ -10,7 +10,8 @@ from torch.utils._python_dispatch import TorchDispatchMode
 
 from pipeline.config import compose
 from pipeline.learning.checkpoint import Progress
-from pipeline.learning.networks import CycleIkMlp, build_network
+from pipeline.learning.cycleik.mlp import CycleIkMlp
+from pipeline.learning.factory import build_network
 from pipeline.learning.step import BranchlessStep, EagerStep, TrainState, is_captured
 from pipeline.learning.trainer import Trainer, TrainingError, TrainingRun
 from pipeline.settings import Config

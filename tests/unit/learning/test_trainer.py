@@ -11,7 +11,7 @@ import torch
 from pipeline.config import compose
 from pipeline.data.dataset import PoseSet
 from pipeline.learning.batches import Batches
-from pipeline.learning.networks import build_network
+from pipeline.learning.factory import build_network
 from pipeline.learning.trainer import Trainer, TrainingError, TrainingRun, error_score
 from pipeline.settings import Config
 from robots import Robot, load_robot

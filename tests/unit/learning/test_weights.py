@@ -9,8 +9,9 @@ import pytest
 import torch
 
 from pipeline.config import compose, to_dict
-from pipeline.learning.networks import IkNetwork, build_network
-from pipeline.learning.solver import CycleIk
+from pipeline.learning.cycleik.solver import CycleIk
+from pipeline.learning.factory import build_network
+from pipeline.learning.networks import IkNetwork
 from pipeline.learning.weights import WeightsError, chain_facts, load_network, save_weights
 from pipeline.solvers import find_weights, models_of
 from robots import Robot, load_robot

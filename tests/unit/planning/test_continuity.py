@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 import baselines
 from pipeline.planning.continuity import (
+    Answers,
     Ends,
     branch_flips,
     joint_steps,
@@ -71,7 +72,7 @@ def test_a_turn_of_the_wrist_that_the_path_does_not_make_is_a_flip():
 def test_a_smooth_path_is_left_as_it_was():
     joints, poses = joint_way(PANDA, BEND)
     found = np.ones(50, dtype=bool)
-    assert repair_path(PANDA, poses, joints, found, FREE, OPTIONS)[0] is joints
+    assert repair_path(PANDA, poses, Answers(joints, found), FREE, OPTIONS)[0] is joints
 
 
 @pytest.mark.parametrize("robot", [NICOL, PANDA], ids=lambda robot: robot.name)
@@ -80,7 +81,8 @@ def test_a_path_that_changes_its_branch_is_mended(robot):
     broken = joints.copy()
     broken[10:18] = [another_branch(robot, poses[i], joints[i]) for i in range(10, 18)]
     assert branch_flips(robot, broken, poses).any()
-    path, found = repair_path(robot, poses, broken, np.ones(50, dtype=bool), FREE, OPTIONS)
+    claims = Answers(broken, np.ones(50, dtype=bool))
+    path, found = repair_path(robot, poses, claims, FREE, OPTIONS)
     assert found.all()
     assert not branch_flips(robot, path, poses).any()
     assert tip_error_mm(robot, path, poses) < 0.2
@@ -93,7 +95,8 @@ def test_given_joints_stay_at_both_ends_and_a_redundant_arm_gets_from_one_to_the
     broken = joints.copy()
     broken[25] = another_branch(PANDA, poses[25], joints[25])
     ends = Ends(joints[0], joints[-1])
-    path, found = repair_path(PANDA, poses, broken, np.ones(50, dtype=bool), ends, OPTIONS)
+    claims = Answers(broken, np.ones(50, dtype=bool))
+    path, found = repair_path(PANDA, poses, claims, ends, OPTIONS)
     assert_allclose(path[[0, -1]], joints[[0, -1]])
     assert found.all()
     assert not branch_flips(PANDA, path, poses).any()

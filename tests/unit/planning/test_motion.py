@@ -4,9 +4,8 @@ from numpy.testing import assert_allclose
 
 import baselines
 from pipeline.planning.config import MotionConfig
-from pipeline.planning.control import control_points
 from pipeline.planning.motion import plan_motion
-from pipeline.planning.path import tip_path
+from pipeline.planning.path import PathError, control_points, tip_path
 from robots import load_robot
 
 ROBOT = load_robot("panda")
@@ -27,13 +26,13 @@ def test_fifty_poses_are_one_query_and_a_motion():
 
 
 def test_start_joints_are_the_first_waypoint():
-    motion = plan_motion(ROBOT, SOLVER, WAY[0], TARGET)
+    motion = plan_motion(ROBOT, SOLVER, start_joints=WAY[0], target=TARGET)
     assert_allclose(motion.joints[0], WAY[0])
     assert_allclose(motion.poses[0], START)
 
 
 def test_target_joints_are_the_last_waypoint():
-    motion = plan_motion(ROBOT, SOLVER, START, WAY[1])
+    motion = plan_motion(ROBOT, SOLVER, START, target_joints=WAY[1])
     assert_allclose(motion.joints[-1], WAY[1])
     assert_allclose(motion.poses[-1], TARGET)
 
@@ -45,10 +44,56 @@ def test_out_of_reach_is_reported_not_raised():
     assert motion.tip_error_mm[-1] > 1000
 
 
-@pytest.mark.parametrize("bad", [np.zeros(3), np.full(7, np.nan), np.zeros(5), np.zeros((2, 7))])
-def test_neither_pose_nor_joints_is_refused(bad):
-    with pytest.raises(ValueError, match="start must be a pose"):
+SHORT, JOINTS = np.zeros(3), [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]
+
+
+@pytest.mark.parametrize(
+    "bad", [SHORT, np.full(7, np.nan), JOINTS, np.zeros((2, 7)), "here", [[0]]]
+)
+def test_what_is_no_pose_is_refused_by_name(bad):
+    with pytest.raises(PathError, match="start must be"):
         plan_motion(ROBOT, SOLVER, bad, TARGET)
+    with pytest.raises(PathError, match="target must be"):
+        tip_path(START, bad)
+
+
+@pytest.mark.parametrize("bad", [SHORT, np.full(7, np.inf), np.zeros((1, 7))])
+def test_what_are_no_joints_is_refused_by_name(bad):
+    with pytest.raises(PathError, match="target_joints must be the 7 joint positions"):
+        plan_motion(ROBOT, SOLVER, START, target_joints=bad)
+
+
+def test_seven_numbers_are_what_the_keyword_says():
+    """On an arm of seven joints a pose is a joint vector by its shape alone."""
+    moved = plan_motion(ROBOT, SOLVER, start_joints=TARGET, target=START)
+    assert_allclose(moved.joints[0], TARGET)
+    assert_allclose(moved.poses[0], ROBOT.forward_kinematics(TARGET[None])[0])
+    assert_allclose(plan_motion(ROBOT, SOLVER, TARGET, START).poses[0], TARGET)
+
+
+def test_each_end_is_given_once():
+    with pytest.raises(PathError, match=r"start, a pose, or start_joints, got both"):
+        plan_motion(ROBOT, SOLVER, START, TARGET, start_joints=WAY[0])
+    with pytest.raises(PathError, match=r"target, a pose, or target_joints, got neither"):
+        plan_motion(ROBOT, SOLVER, START)
+
+
+@pytest.mark.parametrize(
+    "bad", [np.zeros(3), np.zeros((2, 4)), [[0.1, np.nan, 0.2]], [[1], [2, 3]]]
+)
+def test_control_points_of_another_shape_are_refused_by_name(bad):
+    with pytest.raises(PathError, match="control_points must"):
+        plan_motion(ROBOT, SOLVER, START, TARGET, bad)
+
+
+@pytest.mark.parametrize("bad", [[1.0, 0, 0, 0], [[1.0, 0, 0]], [[2.0, 0, 0, 0]]])
+def test_key_rotations_of_another_shape_are_refused_by_name(bad):
+    with pytest.raises(PathError, match="control_rotations must"):
+        plan_motion(ROBOT, SOLVER, START, TARGET, control_rotations=bad)
+
+
+def test_no_control_points_is_a_straight_line():
+    assert_allclose(tip_path(START, TARGET, []), tip_path(START, TARGET))
 
 
 LOW, OTHER = np.array([[0.6, 0.1, 0, 1, 0, 0, 0], [0.2, 0.6, 0, 1, 0, 0, 0]])

@@ -57,7 +57,7 @@ def test_of_a_network_the_way_with_least_travel_is_taken_in_one_query():
 
 def test_a_refined_network_meets_the_tolerances_and_keeps_given_joints():
     lm = baselines.load("lm", ROBOT)
-    motion = plan_motion(ROBOT, TwoHeads(lm), WAY[0], POSES[-1])
+    motion = plan_motion(ROBOT, TwoHeads(lm), start_joints=WAY[0], target=POSES[-1])
     assert_allclose(motion.joints[0], WAY[0])
     assert motion.found.all()
     assert motion.flips == 0
@@ -86,7 +86,7 @@ def test_only_solvers_with_the_compiled_kernel_can_mend():
     lm, placo = baselines.load("lm", ROBOT), baselines.load("placo", ROBOT)
     assert kernel_options(placo) is None
     assert kernel_options(TwoHeads(lm)) == kernel_options(lm)
-    with pytest.raises(ValueError, match="repair must be lm or cycleik_refined, got placo"):
+    with pytest.raises(ValueError, match="repair must be lm or a refined solver"):
         plan_motion(ROBOT, lm, POSES[0], POSES[-1], repair=placo)
 
 

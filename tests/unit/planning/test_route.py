@@ -63,7 +63,7 @@ def test_a_caller_can_forbid_it() -> None:
 
 
 def test_the_branch_of_given_joints_is_kept() -> None:
-    motion = plan_motion(NICO, LM, *JOINTS)
+    motion = plan_motion(NICO, LM, start_joints=JOINTS[0], target_joints=JOINTS[1])
     assert_driven(NICO, motion)
     assert_allclose(motion.joints[[0, -1]], JOINTS, atol=1e-12)
 

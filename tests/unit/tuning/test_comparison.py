@@ -15,7 +15,7 @@ from pipeline.data.dataset import PoseSet
 from pipeline.data.files import write_text
 from pipeline.data.tables import write_table
 from pipeline.errors import PipelineError
-from pipeline.learning.networks import build_network
+from pipeline.learning.factory import build_network
 from pipeline.reporting.results import read_results
 from pipeline.reporting.topics.tuning import tuned_against_table_one, welch
 from pipeline.tuning.comparison import (

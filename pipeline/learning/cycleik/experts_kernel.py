@@ -16,8 +16,15 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from pipeline.learning.experts import Experts
-from pipeline.learning.layers_kernel import DEPTH, FAST, ROWS, gelu_rows, linear_rows, tanh_rows
+from pipeline.learning.cycleik.experts import Experts
+from pipeline.learning.cycleik.layers_kernel import (
+    DEPTH,
+    FAST,
+    ROWS,
+    gelu_rows,
+    linear_rows,
+    tanh_rows,
+)
 from pipeline.learning.networks import MATRIX_POSE_SIZE
 from robots.kinematics import tip_frame
 

@@ -19,8 +19,7 @@ from scipy.cluster.vq import kmeans2
 from torch import Tensor, nn
 from torch.nn.functional import gelu
 
-from pipeline.learning.networks import MATRIX_POSE_SIZE, IkNetwork
-from pipeline.learning.rotation import matrix_from_quaternion
+from pipeline.learning.networks import MATRIX_POSE_SIZE, IkNetwork, matrix_pose
 from pipeline.settings import ModelConfig
 from robots import Robot
 
@@ -66,7 +65,7 @@ class Experts(IkNetwork):
     @torch.no_grad()
     def prepare(self, poses: Tensor) -> None:
         """Find the cells of a set of poses (N, 7), and how the inputs vary within each."""
-        features = self.features(self.scaled(poses), poses[:, 3:])
+        features = matrix_pose(self.scaled(poses), poses[:, 3:])
         picked = features[:: max(1, len(features) // (POSES_A_CELL * len(self.centres)))]
         points = (picked * self.metric).double().cpu().numpy()
         centres, _ = kmeans2(points, len(self.centres), iter=LLOYD_STEPS, minit="++", rng=0)
@@ -79,19 +78,15 @@ class Experts(IkNetwork):
                 # A number that does not vary within a cell would be blown up by its noise.
                 self.scale[index] = inside.std(0).clamp(min=1e-2)
 
-    def features(self, position: Tensor, quaternion: Tensor) -> Tensor:
-        """Return what cells and experts see, (N, 12): scaled position and rotation matrix."""
-        return torch.cat((position, matrix_from_quaternion(quaternion).flatten(1)), dim=1)
-
     def cell(self, features: Tensor) -> Tensor:
-        """Return the nearest cell (N,) of features (N, 12)."""
+        """Return the nearest cell (N,) of features (N, 12), see `matrix_pose`."""
         # |f - c|² without the part that all cells share.
         half = (self.centres * self.centres).sum(1) / 2
         return (half - (features * self.metric) @ self.centres.T).argmin(1)
 
     def normalised(self, position: Tensor, quaternion: Tensor) -> Tensor:
         """See `IkNetwork.normalised`."""
-        features = self.features(position, quaternion)
+        features = matrix_pose(position, quaternion)
         with torch.no_grad():
             slot, width = self._slots(self.cell(features))
         grid = features.new_zeros(len(self.centres) * width, MATRIX_POSE_SIZE)

@@ -7,14 +7,13 @@ from torch import Tensor
 
 from pipeline.learning.constraints import make_penalty
 from pipeline.learning.kinematics import make_kinematics
-from pipeline.learning.losses import PoseLoss, position_error_mm, rotation_error_deg
-from pipeline.learning.null_space import NullSpaceGenerator
-from pipeline.learning.rotation import quaternion_from_matrix
+from pipeline.learning.losses import PoseLoss, tip_errors
+from pipeline.learning.null_space.network import NullSpaceGenerator
+from pipeline.learning.objective import ERRORS_BATCH
 from pipeline.seeding import derive_seed
 from pipeline.settings import TrainConfig
 from robots import Robot
 
-ERRORS_BATCH = 4096
 UNIFORM_VARIANCE = 1 / 12  # of a number that is uniform in [0, 1)
 
 
@@ -64,12 +63,7 @@ class NullSpaceObjective:
         noise = self._noise(poses, "errors", 0)
         parts = zip(poses.split(ERRORS_BATCH), noise.split(ERRORS_BATCH), strict=True)
         answers = [self.network.answers(*part) for part in parts]
-        position, rotation = self.kinematics(torch.cat(answers))
-        quaternion = quaternion_from_matrix(rotation)
-        return (
-            position_error_mm(position, poses[:, :3]),
-            rotation_error_deg(quaternion, poses[:, 3:]),
-        )
+        return tip_errors(self.kinematics(torch.cat(answers)), poses)
 
     def _noise(self, poses: Tensor, use: str, step: int) -> Tensor:
         """Noise (N, dof) for poses (N, 7), drawn on the CPU: the same on every device."""

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import torch
 from torch import Tensor, nn
-from torch.nn.functional import gelu
 
-from pipeline.learning.networks import MATRIX_POSE_SIZE, POSE_SIZE, IkNetwork
-from pipeline.learning.rotation import matrix_from_quaternion
+from pipeline.learning.networks import (
+    MATRIX_POSE_SIZE,
+    POSE_SIZE,
+    GeluTanhLayers,
+    IkNetwork,
+    ResidualBlocks,
+    matrix_pose,
+)
 from pipeline.settings import ModelConfig
 from robots import Robot
 
@@ -51,19 +54,12 @@ class NullSpaceMlp(NullSpaceGenerator):
     def __init__(self, robot: Robot, model: ModelConfig) -> None:
         super().__init__(robot)
         sizes = [POSE_SIZE + robot.dof, *model.hidden, robot.dof]
-        layers = [nn.Linear(inputs, outputs) for inputs, outputs in pairwise(sizes)]
-        for layer in layers:
-            nn.init.xavier_normal_(layer.weight)
-        self.layers = nn.ModuleList(layers)
-        self.first_tanh = len(self.layers) - model.tanh_layers
+        self.layers = GeluTanhLayers(sizes, model.tanh_layers)
 
     def generated(self, position: Tensor, quaternion: Tensor, noise: Tensor) -> Tensor:
         """See `NullSpaceGenerator.generated`."""
-        values = torch.cat((position, quaternion, noise), dim=1)
-        for index, layer in enumerate(self.layers):
-            values = layer(values)
-            values = gelu(values) if index < self.first_tanh else torch.tanh(values)
-        return values
+        output: Tensor = self.layers(torch.cat((position, quaternion, noise), dim=1))
+        return output
 
 
 class NullSpaceResidual(NullSpaceGenerator):
@@ -77,22 +73,12 @@ class NullSpaceResidual(NullSpaceGenerator):
     def __init__(self, robot: Robot, model: ModelConfig) -> None:
         super().__init__(robot)
         self.entry = nn.Linear(MATRIX_POSE_SIZE + robot.dof, model.width)
-        self.blocks = nn.ModuleList(
-            nn.Sequential(
-                nn.LayerNorm(model.width),
-                nn.Linear(model.width, neurons),
-                nn.GELU(approximate="tanh"),
-                nn.Linear(neurons, model.width),
-            )
-            for neurons in model.hidden
-        )
+        self.blocks = ResidualBlocks(model.width, model.hidden)
         self.norm = nn.LayerNorm(model.width)
         self.exit = nn.Linear(model.width, robot.dof)
 
     def generated(self, position: Tensor, quaternion: Tensor, noise: Tensor) -> Tensor:
         """See `NullSpaceGenerator.generated`."""
-        rotation = matrix_from_quaternion(quaternion).flatten(1)
-        values = self.entry(torch.cat((position, rotation, 2 * noise - 1), dim=1))
-        for block in self.blocks:
-            values = values + block(values)
+        pose = matrix_pose(position, quaternion)
+        values = self.blocks(self.entry(torch.cat((pose, 2 * noise - 1), dim=1)))
         return torch.tanh(self.exit(self.norm(values)))

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import cuda, types
 
-from pipeline.learning.experts import Experts
-from pipeline.learning.experts_kernel import compiled_experts, find_features
-from pipeline.learning.layers_kernel import GELU_CUBE, GELU_SLOPE, _tanh
+from pipeline.learning.cycleik.experts import Experts
+from pipeline.learning.cycleik.experts_kernel import compiled_experts, find_features
+from pipeline.learning.cycleik.layers_kernel import GELU_CUBE, GELU_SLOPE, _tanh
 
 THREADS = 128
 WIDEST, MOST_EXPERTS = 512, 1024  # neurons of a layer and cells that fit into shared memory

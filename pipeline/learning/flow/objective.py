@@ -5,22 +5,20 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from pipeline.learning.flow import FlowNetwork, Latents, draw_latents
+from pipeline.learning.flow.network import FlowNetwork, Latents, draw_latents
 from pipeline.learning.kinematics import make_kinematics
-from pipeline.learning.losses import position_error_mm, rotation_error_deg
-from pipeline.learning.rotation import quaternion_from_matrix
+from pipeline.learning.losses import tip_errors
+from pipeline.learning.objective import ERRORS_BATCH
 from pipeline.seeding import derive_seed
 from pipeline.settings import TrainConfig
 from robots import Robot
-
-ERRORS_BATCH = 4096
 
 
 class FlowObjective:
     """Negative log-likelihood, with the noise of SoftFlow.
 
     The joints that reach a pose lie on a thin manifold, where a density has no bounds. Noise of a
-    scale that is drawn anew for each row and told to the network gives it a thickness, which is
+    scale that is drawn anew for each row and given to the network gives it a thickness, which is
     switched off for draws (Kim et al., *SoftFlow*, NeurIPS 2020, as in IKFlow).
 
     Args:
@@ -62,9 +60,4 @@ class FlowObjective:
             self.network.draws(poses[rows], Latents(*(values[rows] for values in latents)))
             for rows in torch.arange(len(poses)).split(ERRORS_BATCH)
         ]
-        position, rotation = self.kinematics(torch.cat(answers).flatten(0, 1))
-        quaternion = quaternion_from_matrix(rotation)
-        return (
-            position_error_mm(position, poses[:, :3]),
-            rotation_error_deg(quaternion, poses[:, 3:]),
-        )
+        return tip_errors(self.kinematics(torch.cat(answers).flatten(0, 1)), poses)

@@ -1,7 +1,7 @@
 """A conditional normalizing flow over the joints that reach a pose, in the manner of IKFlow.
 
 Ames, Morgan and Konidaris, *IKFlow: Generating diverse inverse kinematics solutions*, IEEE RA-L
-7(3), 2022. The couplings are those of the library zuko. Two things differ, both to train in minutes
+7(3), 2022. The couplings are those of the library zuko. Two parts differ, both to train in minutes
 rather than days: one encoder of the pose serves all couplings, and the base is a mixture whose
 components can take a branch of solutions each, where IKFlow bends one Gaussian, padded with further
 dimensions, into all of them.
@@ -21,8 +21,12 @@ from zuko.lazy import Flow
 from zuko.mixtures import GMM
 from zuko.transforms import MonotonicAffineTransform
 
-from pipeline.learning.networks import MATRIX_POSE_SIZE, IkNetwork
-from pipeline.learning.rotation import matrix_from_quaternion
+from pipeline.learning.networks import (
+    MATRIX_POSE_SIZE,
+    IkNetwork,
+    ResidualBlocks,
+    matrix_pose,
+)
 from pipeline.settings import ModelConfig
 from robots import Robot
 
@@ -87,15 +91,7 @@ class FlowNetwork(IkNetwork):
         super().__init__(robot, heads=1)
         self.noise = model.noise
         self.entry = nn.Linear(MATRIX_POSE_SIZE + 1, model.width)
-        self.blocks = nn.ModuleList(
-            nn.Sequential(
-                nn.LayerNorm(model.width),
-                nn.Linear(model.width, neurons),
-                nn.GELU(approximate="tanh"),
-                nn.Linear(neurons, model.width),
-            )
-            for neurons in model.encoder
-        )
+        self.blocks = ResidualBlocks(model.width, model.encoder)
         self.norm = nn.LayerNorm(model.width)
         couplings = []
         for _ in range(model.couplings):
@@ -142,12 +138,10 @@ class FlowNetwork(IkNetwork):
 
     def context(self, poses: Tensor, noise: Tensor) -> Tensor:
         """Return what the couplings know (N, width) of poses (N, 7) and noise (N, 1)."""
-        position = (poses[:, :3] - self.position_centre) / self.position_scale
-        rotation = matrix_from_quaternion(poses[:, 3:]).flatten(1)
-        values = self.entry(torch.cat((position, rotation, 2 * noise - 1), dim=1))
-        for block in self.blocks:
-            values = values + block(values)
-        return self.norm(values)
+        pose = matrix_pose(self.scaled(poses), poses[:, 3:])
+        values = self.blocks(self.entry(torch.cat((pose, 2 * noise - 1), dim=1)))
+        context: Tensor = self.norm(values)
+        return context
 
 
 def _mixture(dof: int, model: ModelConfig) -> GMM:

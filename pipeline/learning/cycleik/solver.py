@@ -1,0 +1,71 @@
+"""CycleIK as a solver: the network's best hypothesis, by a compiled kernel where it has one."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from baselines.refine import numba_threads
+from pipeline.learning.cycleik import METHOD
+from pipeline.learning.cycleik.experts import Experts
+from pipeline.learning.cycleik.experts_kernel import (
+    CompiledExperts,
+    answer_rows,
+    answer_rows_parallel,
+    compiled_experts,
+)
+from pipeline.learning.solver import Hypotheses, NeuralSolver
+from robots import Robot
+
+_TO_MM_AND_DEG = np.array([1e3, 180 / np.pi])
+
+
+class CycleIk(NeuralSolver):
+    """CycleIK: deterministic, the best hypothesis of one forward pass.
+
+    Args:
+        robot: The robot it solves for.
+        weights: Folder of weights.safetensors and card.json.
+        **settings: Tolerances and threads, see `NeuralSolver`.
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = METHOD.kinds
+    default_model: ClassVar[str] = METHOD.model
+
+    def __init__(self, robot: Robot, weights: str, **settings: Any) -> None:
+        super().__init__(robot, weights, **settings)
+        self.compiled = (
+            compiled_experts(self.network) if isinstance(self.network, Experts) else None
+        )
+
+    def hypotheses(self, poses: NDArray[np.float64]) -> Hypotheses:
+        """Return the network's answers to poses (N, 7), best first."""
+        if self.compiled is None:
+            return super().hypotheses(poses)
+        return self._compiled_hypotheses(poses, self.compiled)
+
+    def _compiled_hypotheses(
+        self, poses: NDArray[np.float64], experts: CompiledExperts
+    ) -> Hypotheses:
+        """The same without torch."""
+        count, heads = len(poses), self.network.heads
+        joints = np.empty((count, heads, self.robot.dof))
+        errors = np.empty((count, heads, 2))
+        weights = 1 / np.array([self.position_tolerance_mm, self.rotation_tolerance_deg])
+        arguments = (
+            self.robot.chain,
+            experts,
+            np.ascontiguousarray(poses, dtype=np.float64),
+            weights * _TO_MM_AND_DEG,
+            joints,
+            errors,
+        )
+        if self.threads == 1 or count == 1:
+            answer_rows(*arguments)
+        else:
+            with numba_threads(self.threads):
+                answer_rows_parallel(*arguments)
+        errors *= _TO_MM_AND_DEG
+        return Hypotheses(joints, errors[..., 0], errors[..., 1])

@@ -1,0 +1,29 @@
+"""What a folder of a neural method declares, in words that need no torch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Method:
+    """Networks of a method and what they are trained for; classes by their dotted names.
+
+    The solver of a method is declared by its YAML in conf/solver, as every solver is.
+
+    Attributes:
+        networks: Class of the network for each ``model.kind``, a subclass of `IkNetwork`, made of a
+            robot and a `ModelConfig`.
+        objective: Class of the `Objective`, made of robot, network, `TrainConfig`, device and seed.
+        model: Name in conf/model of what is trained for the method where nothing else is said.
+    """
+
+    networks: Mapping[str, str]
+    objective: str
+    model: str
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Its kinds of networks, as ``model.kind`` names them."""
+        return tuple(self.networks)
