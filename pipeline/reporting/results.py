@@ -16,6 +16,7 @@ from pipeline.data.tables import read_metadata, read_table
 from pipeline.reporting.sweeps import SweptRun, read_sweeps
 
 Content = TypeVar("Content")
+Key = TypeVar("Key")
 PICTURES = (".png", ".gif")
 VIDEOS = (".mp4",)
 SMOKE = "smoke"  # the profile whose networks see a few hundred steps
@@ -167,12 +168,6 @@ def _read_plan(results: Results, place: Path) -> None:
         results.plan[place.name] = pd.concat(wanted, ignore_index=True)
 
 
-def _read_grasp(results: Results, place: Path) -> None:
-    trials = _try(results, place / "trials.parquet", read_table)
-    if trials is not None and len(trials):
-        results.grasp[place.name] = trials
-
-
 def _read_detector(results: Results, place: Path) -> None:
     rows = _try(results, place / "errors.parquet", read_table)
     if rows is not None and len(rows):
@@ -180,20 +175,19 @@ def _read_detector(results: Results, place: Path) -> None:
         results.detector[place.name] = (rows, float(threshold))
 
 
-def _read_compare_tuned(results: Results, place: Path) -> None:
-    rows = _try(results, place / "trainings.parquet", read_table)
+def _keep(results: Results, found: dict[Key, pd.DataFrame], key: Key, path: Path) -> None:
+    """Keep the rows of a table under a key, if it has any."""
+    rows = _try(results, path, read_table)
     if rows is not None and len(rows):
-        results.compare_tuned[place.name] = rows
+        found[key] = rows
 
 
-def _read_each(
-    results: Results, place: Path, found: dict[tuple[str, str], Any], named: dict[str, Path]
+def _keep_each(
+    results: Results, found: dict[tuple[str, str], pd.DataFrame], robot: str, named: dict[str, Path]
 ) -> None:
-    """Read tables that have rows, by the robot and their own name."""
+    """Keep the rows of tables by the robot and their own name."""
     for name, path in named.items():
-        rows = _try(results, path, read_table)
-        if rows is not None and len(rows):
-            found[place.name, name] = rows
+        _keep(results, found, (robot, name), path)
 
 
 def _tables(place: Path) -> dict[str, Path]:
@@ -205,14 +199,14 @@ READERS: dict[str, Callable[[Results, Path], None]] = {
     "tune": _read_tune,
     "train": _read_train,
     "evaluate": _read_evaluate,
-    "sample": lambda r, p: _read_each(r, p, r.sample, _tables(p)),
+    "sample": lambda r, p: _keep_each(r, r.sample, p.name, _tables(p)),
     "plan": _read_plan,
-    "grasp": _read_grasp,
-    "grasp_study": lambda r, p: _read_each(r, p, r.grasp_studies, _tables(p)),
-    "grasp_agent": lambda r, p: _read_each(
-        r, p, r.grasp_agents, {f.name: f / "trials.parquet" for f in _folders(p)}
+    "grasp": lambda r, p: _keep(r, r.grasp, p.name, p / "trials.parquet"),
+    "grasp_study": lambda r, p: _keep_each(r, r.grasp_studies, p.name, _tables(p)),
+    "grasp_agent": lambda r, p: _keep_each(
+        r, r.grasp_agents, p.name, {f.name: f / "trials.parquet" for f in _folders(p)}
     ),
-    "compare_tuned": _read_compare_tuned,
+    "compare_tuned": lambda r, p: _keep(r, r.compare_tuned, p.name, p / "trainings.parquet"),
     "detector": _read_detector,
 }
 
