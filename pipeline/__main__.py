@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Sequence
 
 from pipeline.progress import set_up_logging
-from pipeline.stages import STAGES
+from pipeline.stages.graph import STAGES
 
 USAGE = """\
 Benchmark for neural inverse kinematics and neuro-robotic grasping.
@@ -29,6 +29,8 @@ Looking around:
   table      Table II or III of the paper from the raw rows, in seconds: table table2
   export-weights
              put trained weights beside the robot's description: export-weights robot=panda
+  dvc        write dvc.yaml from the graph of stages; dvc profile=smoke sets that scale as well
+  code       write down what code each step depends on: the first thing that DVC runs
   readme     renew the table and the picture of README.md from the last run: readme [ROBOT]
 
 Overrides are Hydra's: robot=nico profile=smoke train.learning_rate=1.0e-4. With -m lists of values
@@ -45,7 +47,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     set_up_logging()
     if not arguments or arguments[0] in ("-h", "--help", "help"):
-        listed = "\n".join(f"  {name:<13} {what}" for name, what in STAGES.items())
+        listed = "\n".join(f"  {name:<13} {stage.summary}" for name, stage in STAGES.items())
         print(USAGE.format(stages=listed), end="")
         return 0
     command, rest = arguments[0], arguments[1:]

@@ -21,9 +21,10 @@ from omegaconf.errors import OmegaConfBaseException
 
 from pipeline.data.files import Document, read_yaml
 from pipeline.errors import ConfigError, choices
+from pipeline.locations import CONF_DIR
 from pipeline.settings import Config
+from robots.locations import home
 
-CONF_DIR = Path(__file__).resolve().parent.parent / "conf"
 ROOT_KEYS_OF_YAML = {"from": "source"}  # train.from: a Python keyword cannot name a field
 
 COMPOSING = Lock()  # Hydra holds its state once for all threads of a process
@@ -36,7 +37,8 @@ def compose(overrides: Sequence[str] = ()) -> Config:
         overrides: Hydra overrides, for example ``["robot=nico", "train.learning_rate=1.0e-4"]``.
 
     Returns:
-        The configuration as dataclasses.
+        The configuration as dataclasses. Its results folder is absolute: one among the overrides is
+        relative to where the user stands, that of conf/config.yaml to the checkout.
 
     Raises:
         ConfigError: An unknown key or choice, a wrong type, or a value that cannot be.
@@ -49,7 +51,11 @@ def compose(overrides: Sequence[str] = ()) -> Config:
                 "or write a list in brackets: key=[a,b]"
             )
     _check_names(parsed)
-    return _to_dataclass(_compose_raw(overrides))
+    raw = _compose_raw(overrides)
+    typed = any(override.key_or_group == "results_dir" for override in parsed)
+    if Path(raw.results_dir) != Path():
+        raw.results_dir = str((Path.cwd() if typed else home()) / raw.results_dir)
+    return _to_dataclass(raw)
 
 
 def sweep(overrides: Sequence[str]) -> list[list[str]]:
@@ -107,12 +113,6 @@ def to_yaml(config: Config) -> str:
     """Return the configuration as YAML, keys in the order of the schema."""
     container = OmegaConf.to_container(OmegaConf.structured(config), resolve=True)
     return OmegaConf.to_yaml(_rename(container, {v: k for k, v in ROOT_KEYS_OF_YAML.items()}))
-
-
-def to_dict(config: Any) -> dict[str, Any]:
-    """Return a configuration dataclass as plain containers, ready for JSON."""
-    container = OmegaConf.to_container(OmegaConf.structured(config), resolve=True)
-    return cast(dict[str, Any], container)
 
 
 def _parse(overrides: Sequence[str]) -> list[Override]:

@@ -188,6 +188,8 @@ class Config:
     detector: DetectorConfig = field(default_factory=DetectorConfig)
     report: ReportConfig = field(default_factory=ReportConfig)
     engine: EngineConfig = field(default_factory=EngineConfig)
+    # Folder of the trained weights of each neural solver, filled in before a stage runs; no key.
+    weights: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse negative seeds, axes of no key, and results in the middle of the sources."""

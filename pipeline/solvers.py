@@ -11,13 +11,13 @@ from baselines import SkippedSolver, Solver
 from baselines.registry import settings, solver_class
 from pipeline.errors import ConfigError
 from pipeline.learning.weights import CARD, WeightsError, kind_of, shipped_weights
-from pipeline.provenance import ROOT
+from pipeline.locations import results
 from robots import Robot
 
 if TYPE_CHECKING:
     from pipeline.learning.solver import CycleIk
 
-RESULTS = ROOT / "results"
+RESULTS = results()
 PROFILES = ("quick", "paper", "smoke")  # where trained weights are looked for, best scale first
 MODELS = ("compact", "paper")  # before any other architecture, which go by name
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pipeline.commands.benchmark import benchmark
 from pipeline.commands.chat import chat
 from pipeline.commands.compare import compare
+from pipeline.commands.dvc import code, dvc
 from pipeline.commands.export_weights import export_weights
 from pipeline.commands.look import doctor, paths, robot, robots, solvers
 from pipeline.commands.readme import readme
@@ -22,7 +23,9 @@ COMMANDS: dict[str, Command] = {
     "robot": robot,
     "solvers": solvers,
     "compare": compare,
+    "code": code,
     "doctor": doctor,
+    "dvc": dvc,
     "paths": paths,
     "readme": readme,
     "export-weights": export_weights,

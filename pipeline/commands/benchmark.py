@@ -12,7 +12,8 @@ from pipeline.engine.running import one_machine, workers_of
 from pipeline.errors import PipelineError
 from pipeline.evaluation.side_by_side import EvaluationJob, jobs_in_turns, run_jobs
 from pipeline.solvers import check_solvers
-from pipeline.stages.inputs import artifacts, dataset_of, robot_of
+from pipeline.stages.inputs import artifacts, robot_of
+from pipeline.stages.running import make_dataset
 
 LISTS = ("robots", "numerical", "unpinned")
 HELP = """\
@@ -38,7 +39,7 @@ def benchmark(arguments: list[str]) -> int:
     for robot in robots:  # a typo or a missing package stops before the first hour, not after it
         config = compose([*overrides, f"robot={robot}"])
         check_solvers({"numerical": solvers, "unpinned": unpinned}, robot_of(config))
-        dataset_of(config)
+        make_dataset(config)
     jobs = jobs_in_turns(robots, solvers, unpinned)
     root = artifacts(compose(overrides)).root
 

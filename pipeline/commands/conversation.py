@@ -18,7 +18,11 @@ from pipeline.settings import Config
 from pipeline.solvers import check_solvers
 from pipeline.speech import load_recogniser, load_synthesiser
 from pipeline.speech.microphone import record
-from pipeline.stages.inputs import artifacts, detector_of, solver_of
+from pipeline.stages.eyes import detector_of
+from pipeline.stages.graph import STAGES
+from pipeline.stages.inputs import artifacts
+from pipeline.stages.running import with_weights
+from pipeline.stages.solvers import solver_of
 from robots import Robot
 
 PROMPT = "> "
@@ -37,6 +41,7 @@ def converse(config: Config, robot: Robot) -> None:
     grasp = config.grasp
     scene_config = required_scene(grasp, robot.name)
     check_solvers({"grasp.solver": [grasp.solver]}, robot)
+    config = with_weights(config, STAGES["grasp"].solver_names(config))
     solver = solver_of(grasp.solver, robot, config)
     repair = solver_of(grasp.repair, robot, config) if grasp.repair else None
     detector = detector_of(robot, config) if config.perception.source == "camera" else None

@@ -16,8 +16,10 @@ from baselines.registry import settings
 from pipeline import provenance
 from pipeline.config import bench_lists
 from pipeline.errors import PipelineError
+from pipeline.locations import need_checkout, results
 from pipeline.speech.available import missing_parts
 from robots import available_robots, load_robot
+from robots.locations import home
 
 HELP_FLAGS = ("-h", "--help")
 ADD_USAGE = "python -m pipeline robot add my.urdf --base BASE --tip TIP [--name NAME]"
@@ -77,7 +79,7 @@ def doctor() -> int:
         torch.cuda.get_device_name() if torch.cuda.is_available() else "none (CPU is used)"
     )
     print(f"accelerator: {accelerator}")
-    free = shutil.disk_usage(provenance.ROOT).free / 1e9
+    free = shutil.disk_usage(home()).free / 1e9
     print(f"free disk: {free:.0f} GB, commit {provenance.commit()}, process {os.getpid()}")
     for package, version in found.items():
         print(f"  {package:<20} {version}")
@@ -120,6 +122,7 @@ def _add_robot(arguments: list[str]) -> int:
         rest = rest[2:]
     if missing := {"base", "tip"} - options.keys():
         raise PipelineError(f"--{' and --'.join(sorted(missing))} is missing; usage: {ADD_USAGE}")
+    need_checkout("a robot of one's own (robots/<name>/ and conf/robot/<name>.yaml)")
     from robots.add import add_robot
 
     print(add_robot(arguments[0], options["base"], options["tip"], name=options.get("name")))
@@ -139,7 +142,7 @@ def _draw_robot(arguments: list[str]) -> int:
 @_plain
 def paths() -> int:
     """Print where the tables, figures and the report of the default profile are."""
-    folder = provenance.ROOT / "results" / bench_lists()["profile"]
+    folder = results() / bench_lists()["profile"]
     for name, path in (("tables", "tables"), ("figures", "figures"), ("report", "report.html")):
         state = "" if (folder / path).exists() else "   (not made yet: make reproduce)"
         print(f"{name:<8} {folder / path}{state}")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pipeline.config import compose
 from pipeline.errors import PipelineError
-from pipeline.provenance import ROOT
+from pipeline.locations import published_results, results
 from pipeline.reporting.published import read_published
 from pipeline.reporting.single import MAKERS, paper_table
 
@@ -28,17 +28,13 @@ def table(arguments: list[str]) -> int:
     if "=" in name:
         raise PipelineError(f"usage: python -m pipeline table {'|'.join(MAKERS)} [key=value ...]")
     config = compose(overrides)
-    folders = [ROOT / "results" / profile for profile in PREFERRED]
+    folders = [results() / profile for profile in PREFERRED]
     if any(override.startswith(("results_dir=", "profile=")) for override in overrides):
-        folders = [_absolute(Path(config.results_dir))]
-    published = read_published(ROOT / "results" / "published_results.csv")
+        folders = [Path(config.results_dir)]
+    published = read_published(published_results())
     made, folder = paper_table(name, folders, published, config.report)
     paths = made.write(folder / "tables")
     print(made.to_markdown())
     for path in paths:
         print(path)
     return 0
-
-
-def _absolute(folder: Path) -> Path:
-    return folder if folder.is_absolute() else ROOT / folder

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.agent.endpoint import resolved
-from pipeline.config import to_dict
+from pipeline.containers import to_dict
 from pipeline.embodiment.grasp_all import agents
 from pipeline.embodiment.perception import CameraPerception, make_perception
 from pipeline.embodiment.series import AgentSeries

@@ -15,7 +15,6 @@ from pipeline.engine.errors import EngineError
 from pipeline.engine.packages import package
 from pipeline.engine.task import Batch, Call, TaskResult, lost
 from pipeline.progress import hide_bars
-from pipeline.provenance import ROOT
 
 # s between looks at the jobs. On a cluster each look is a question to the file server for each job;
 # the scheduler itself is asked far less often by submitit.
@@ -39,7 +38,7 @@ class SubmititJobs:
         self.batch = engine.tasks_per_job
         # The scheduler holds an array back by itself; processes of this machine start at once.
         self.room = None if engine.cluster == SLURM else engine.workers
-        self._logs = _absolute(engine.folder) / f"{title}-{os.getpid()}"
+        self._logs = Path(engine.folder).absolute() / f"{title}-{os.getpid()}"
         try:
             self._executor = submitit.AutoExecutor(self._logs / "%j", cluster=engine.cluster)
             self._executor.update_parameters(**parameters(engine, title))
@@ -115,8 +114,3 @@ def parameters(engine: EngineConfig, title: str) -> dict[str, Any]:
     if engine.setup:
         given["slurm_setup"] = list(engine.setup)
     return given
-
-
-def _absolute(folder: str) -> Path:
-    path = Path(folder)
-    return path if path.is_absolute() else ROOT / path

@@ -67,6 +67,11 @@ class EvaluateConfig:
         if not isinstance(self.solvers, str) and not self.solvers:
             raise ValueError("evaluate.solvers must name at least one solver")
 
+    def solvers_by_key(self) -> dict[str, list[str]]:
+        """Return the names of the solvers that a run loads, by the key that names them."""
+        seeders = [] if self.seeded_by == HOME else [self.seeded_by]
+        return {"evaluate.solvers": list(self.solvers), "evaluate.seeded_by": seeders}
+
 
 @dataclass
 class SampleConfig:
@@ -90,3 +95,7 @@ class SampleConfig:
         if all(isinstance(number, int) for number in numbers):
             within("sample.postures", self.postures, 0, self.samples)
             within("sample.pictured", self.pictured, 0, self.poses - 1)
+
+    def solvers_by_key(self) -> dict[str, list[str]]:
+        """Return the names of the solvers that a run loads, by the key that names them."""
+        return {"sample.solver": [self.solver]}

@@ -101,6 +101,7 @@ def cache_key(task: EvaluationTask, config: EvaluateConfig) -> dict[str, Any]:
     budget = _budget(task.solver, config) or task.solver.budget
     initial = None if task.initial is None else array_checksum(task.initial)
     return {
+        "code": task.code,
         "robot": robot.name,
         "urdf_checksum": robot.urdf_checksum,
         "base": robot.base,

@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pipeline.engine.config import EngineConfig
@@ -15,7 +15,6 @@ from pipeline.engine.cores import own_cores, usable_cores
 from pipeline.engine.running import one_machine, try_tasks, workers_of
 from pipeline.engine.task import TaskResult
 from pipeline.progress import LOGGER
-from pipeline.provenance import ROOT
 
 
 @dataclass(frozen=True)
@@ -107,11 +106,13 @@ class EvaluationRun:
         arguments: Of `python -m pipeline`.
         log: File that receives its output.
         pinned: Whether it is timed on one core; else on all that there are.
+        folder: Where the user stands, which relative paths among the arguments start from.
     """
 
     arguments: tuple[str, ...]
     log: Path
     pinned: bool
+    folder: Path = field(default_factory=Path.cwd)
 
 
 def run_apart(run: EvaluationRun) -> tuple[int, float]:
@@ -122,7 +123,7 @@ def run_apart(run: EvaluationRun) -> tuple[int, float]:
             place = [f"evaluate.first_core={first}"] if run.pinned else []
             status = subprocess.run(
                 [sys.executable, "-m", "pipeline", *run.arguments, *place],
-                cwd=ROOT,
+                cwd=run.folder,
                 stdout=stream,
                 stderr=subprocess.STDOUT,
                 check=False,

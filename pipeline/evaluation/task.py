@@ -28,6 +28,7 @@ class EvaluationTask:
         seed: Seed of the solver or of the training behind it; a column of the rows.
         name: Name of the solver in the rows; its own where left out.
         initial: (dof,) or (N, dof) initial guesses; the robot's home configuration if None.
+        code: Digest of the code behind the rows; rows of other code are not reused.
         seeder: Solver whose answers are the initial guesses instead; it is asked call by call.
     """
 
@@ -38,6 +39,7 @@ class EvaluationTask:
     name: str = ""
     initial: Array | None = None
     seeder: Solver | None = None
+    code: str = ""
 
     @property
     def label(self) -> str:

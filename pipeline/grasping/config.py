@@ -236,3 +236,12 @@ class GraspConfig:
             for robot, scene in self.scenes.items():
                 for name in scene.objects:
                     one_of(f"grasp.scenes.{robot}.objects", name, sorted(self.objects))
+
+    def solvers_by_key(self) -> dict[str, list[str]]:
+        """Return the names of the solvers that a run loads, by the key that names them."""
+        varied = self.ablation.vary.get("solver", []) if self.ablation is not None else []
+        return {
+            "grasp.solver": [self.solver],
+            "grasp.repair": [self.repair] if self.repair else [],
+            "grasp.ablation.vary.solver": [str(name) for name in varied],
+        }

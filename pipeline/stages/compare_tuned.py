@@ -11,7 +11,7 @@ import pandas as pd
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
-from pipeline.config import to_dict
+from pipeline.containers import to_dict
 from pipeline.data.dataset import read_split
 from pipeline.data.tables import write_table
 from pipeline.settings import Config

@@ -7,6 +7,7 @@ from typing import Any
 
 from pipeline import provenance
 from pipeline.artifacts import SPLITS, exclusive
+from pipeline.closure import source_tree
 from pipeline.data.chunk_executor import chunk_executor
 from pipeline.data.dataset import split_seed, write_card, write_split
 from pipeline.data.tables import TableError, read_metadata, read_table
@@ -43,6 +44,7 @@ def _make(folder: Path, robot: Robot, split: str, config: Config) -> dict[str, A
         "seed": split_seed(config.seed, robot.name, split),
         "workspace_filter": config.robot.workspace_filter,
         "numpy": provenance.versions()["numpy"],
+        "code": source_tree().digest(__name__),
     }
     kept = _kept(path, wanted)
     if kept is not None:

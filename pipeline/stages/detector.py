@@ -7,7 +7,8 @@ from typing import Any
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
-from pipeline.config import to_dict
+from pipeline.closure import source_tree
+from pipeline.containers import to_dict
 from pipeline.data.files import write_json
 from pipeline.data.tables import write_table
 from pipeline.evaluation.detections import summary
@@ -36,7 +37,8 @@ def run(config: Config) -> list[Path]:
     wanted, folders = config.detector, artifacts(config)
     folder = folders.detector(robot.name)
     seed = derive_seed(config.seed, "detector", robot.name)
-    digest = provenance.digest([_facts(config, robot), provenance.versions(), seed])
+    code = source_tree().digest(__name__)
+    digest = provenance.digest([_facts(config, robot), provenance.versions(), seed, code])
     work = folders.root / "checkpoint" / f"detector-{robot.name}-{digest}"
     with exclusive(folder):
         pictures = _pictures(config, robot, work, held_out=False)

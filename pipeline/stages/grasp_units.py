@@ -13,7 +13,9 @@ from pipeline.grasping.ablation import Study
 from pipeline.grasping.series import Series
 from pipeline.progress import bar
 from pipeline.settings import Config
-from pipeline.stages.inputs import artifacts, detector_of, robot_of, solver_of
+from pipeline.stages.eyes import detector_of
+from pipeline.stages.inputs import artifacts, robot_of
+from pipeline.stages.solvers import solver_of
 
 Runner = Series | AgentSeries | Study
 Unit = Any  # number of a trial, number of a row of things, or variant and number

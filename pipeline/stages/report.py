@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.provenance import ROOT
+from pipeline.locations import published_results
 from pipeline.reporting import make_report
 from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts
@@ -12,6 +12,6 @@ from pipeline.stages.inputs import artifacts
 
 def run(config: Config) -> list[Path]:
     """Write tables/, figures/, report.html and metrics.json of a results folder."""
-    published = ROOT / "results" / "published_results.csv"
-    paths = make_report(artifacts(config).root, published, config.report, config.profile)
+    root = artifacts(config).root
+    paths = make_report(root, published_results(), config.report, config.profile)
     return [paths.tables, paths.figures, paths.html]

@@ -17,7 +17,8 @@ import pandas as pd
 import torch
 from torch import nn
 
-from pipeline.config import compose, to_dict
+from pipeline.config import compose
+from pipeline.containers import to_dict
 from pipeline.data.dataset import PoseSet
 from pipeline.data.tables import read_table
 from pipeline.learning.checkpoint import Progress

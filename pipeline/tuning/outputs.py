@@ -10,10 +10,10 @@ from omegaconf import OmegaConf
 from optuna import Study
 from optuna.trial import FrozenTrial, TrialState
 
-from pipeline.config import to_dict
+from pipeline.containers import to_dict
 from pipeline.data.files import write_json, write_text
 from pipeline.errors import PipelineError
-from pipeline.provenance import ROOT
+from pipeline.locations import published_results
 from pipeline.reporting.published import read_published
 from pipeline.reporting.table import Table
 from pipeline.reporting.tables_tuning import found_hyperparameters
@@ -24,7 +24,7 @@ from pipeline.tuning.space import draw
 from pipeline.tuning.study import ABANDONED, REASON, START, count
 
 MADE_BY = "# The best trial of `python -m pipeline tune`; `train.from=best` takes it.\n"
-PUBLISHED = ROOT / "results" / "published_results.csv"
+PUBLISHED = published_results()
 SHAPE = ("hidden", "tanh_layers")  # told of every network
 SHOWN = 3  # best trials in the table
 TRIALS, BEST, METRICS = "trials.csv", "best.yaml", "metrics.json"

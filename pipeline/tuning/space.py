@@ -14,7 +14,7 @@ from optuna.distributions import (
     IntDistribution,
 )
 
-from pipeline.config import to_dict
+from pipeline.containers import to_dict
 from pipeline.errors import PipelineError
 from pipeline.settings import Config, ModelConfig, TrainConfig
 from pipeline.tuning.config import CHOICE, INT, LAYERS, Axis

@@ -13,7 +13,7 @@ from optuna import Study, Trial
 from optuna.exceptions import ExperimentalWarning
 from optuna.trial import FrozenTrial, TrialState
 
-from pipeline.config import to_dict
+from pipeline.containers import to_dict
 from pipeline.errors import PipelineError
 from pipeline.progress import LOGGER
 from pipeline.provenance import digest

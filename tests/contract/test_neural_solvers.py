@@ -11,7 +11,8 @@ import torch
 import baselines
 from baselines import Budget, PoseError, SolverError
 from baselines.registry import settings
-from pipeline.config import compose, to_dict
+from pipeline.config import compose
+from pipeline.containers import to_dict
 from pipeline.learning.networks import build_network
 from pipeline.learning.weights import chain_facts, save_weights
 from pipeline.solvers import is_neural, load_solver, models_of

@@ -9,7 +9,8 @@ import pytest
 import torch
 
 from baselines import PoseError, SettingError
-from pipeline.config import compose, to_dict
+from pipeline.config import compose
+from pipeline.containers import to_dict
 from pipeline.errors import ConfigError
 from pipeline.learning.flow import FlowNetwork, draw_latents
 from pipeline.learning.flow_objective import FlowObjective

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import torch
 
-from pipeline.config import compose, to_dict
+from pipeline.config import compose
+from pipeline.containers import to_dict
 from pipeline.data.dataset import PoseSet
 from pipeline.learning.networks import build_network, parameter_count
 from pipeline.learning.null_space import NullSpaceGenerator

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import torch
 
-from pipeline.config import compose, to_dict
+from pipeline.config import compose
+from pipeline.containers import to_dict
 from pipeline.learning.networks import IkNetwork, build_network
 from pipeline.learning.solver import CycleIk
 from pipeline.learning.weights import WeightsError, chain_facts, load_network, save_weights
