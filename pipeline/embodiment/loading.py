@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline.agent.endpoint import resolved
 from pipeline.containers import to_dict
@@ -15,7 +15,9 @@ from pipeline.embodiment.trials import Experiment
 from pipeline.evaluation.identity import network_checksums
 from pipeline.grasping.series import Series
 from pipeline.perception.detection import Detector
-from pipeline.settings import Config
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 EVIDENCE = "evidence"  # folder of transcripts and pictures beside the rows
 

@@ -10,10 +10,9 @@ import torch
 from torch import Tensor
 
 from pipeline.errors import choices
-from pipeline.learning.config import ConstraintConfig
+from pipeline.learning.config import ConstraintConfig, TrainConfig
 from pipeline.learning.kinematics import make_link_kinematics
 from pipeline.learning.losses import PoseLoss, position_loss
-from pipeline.settings import TrainConfig
 from robots import Robot
 
 Penalty = Callable[[Tensor], Tensor]

@@ -19,9 +19,9 @@ from scipy.cluster.vq import kmeans2
 from torch import Tensor, nn
 from torch.nn.functional import gelu
 
+from pipeline.learning.config import ModelConfig
 from pipeline.learning.networks import MATRIX_POSE_SIZE, IkNetwork
 from pipeline.learning.rotation import matrix_from_quaternion
-from pipeline.settings import ModelConfig
 from robots import Robot
 
 LLOYD_STEPS = 10

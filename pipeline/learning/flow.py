@@ -21,9 +21,9 @@ from zuko.lazy import Flow
 from zuko.mixtures import GMM
 from zuko.transforms import MonotonicAffineTransform
 
+from pipeline.learning.config import ModelConfig
 from pipeline.learning.networks import MATRIX_POSE_SIZE, IkNetwork
 from pipeline.learning.rotation import matrix_from_quaternion
-from pipeline.settings import ModelConfig
 from robots import Robot
 
 # Uniform joints, scaled from their limits to this, have the variance of the normal numbers that

@@ -5,12 +5,12 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from pipeline.learning.config import TrainConfig
 from pipeline.learning.flow import FlowNetwork, Latents, draw_latents
 from pipeline.learning.kinematics import make_kinematics
 from pipeline.learning.losses import position_error_mm, rotation_error_deg
 from pipeline.learning.rotation import quaternion_from_matrix
 from pipeline.seeding import derive_seed
-from pipeline.settings import TrainConfig
 from robots import Robot
 
 ERRORS_BATCH = 4096

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn.functional import gelu
 
-from pipeline.settings import ModelConfig
+from pipeline.learning.config import ModelConfig
 from robots import Robot
 
 POSE_SIZE = 7

@@ -8,9 +8,9 @@ import torch
 from torch import Tensor, nn
 from torch.nn.functional import gelu
 
+from pipeline.learning.config import ModelConfig
 from pipeline.learning.networks import MATRIX_POSE_SIZE, POSE_SIZE, IkNetwork
 from pipeline.learning.rotation import matrix_from_quaternion
-from pipeline.settings import ModelConfig
 from robots import Robot
 
 

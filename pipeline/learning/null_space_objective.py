@@ -5,13 +5,13 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from pipeline.learning.config import TrainConfig
 from pipeline.learning.constraints import make_penalty
 from pipeline.learning.kinematics import make_kinematics
 from pipeline.learning.losses import PoseLoss, position_error_mm, rotation_error_deg
 from pipeline.learning.null_space import NullSpaceGenerator
 from pipeline.learning.rotation import quaternion_from_matrix
 from pipeline.seeding import derive_seed
-from pipeline.settings import TrainConfig
 from robots import Robot
 
 ERRORS_BATCH = 4096

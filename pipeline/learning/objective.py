@@ -7,6 +7,7 @@ from typing import Protocol
 import torch
 from torch import Tensor, nn
 
+from pipeline.learning.config import TrainConfig
 from pipeline.learning.constraints import make_penalty
 from pipeline.learning.flow import FlowNetwork
 from pipeline.learning.flow_objective import FlowObjective
@@ -21,7 +22,6 @@ from pipeline.learning.networks import IkNetwork
 from pipeline.learning.null_space import NullSpaceGenerator
 from pipeline.learning.null_space_objective import NullSpaceObjective
 from pipeline.learning.rotation import quaternion_from_matrix
-from pipeline.settings import TrainConfig
 from robots import Robot
 
 ERRORS_BATCH = 4096

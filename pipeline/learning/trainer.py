@@ -18,12 +18,12 @@ from pipeline.learning import checkpoint
 from pipeline.learning.allocator import keep_freed_memory
 from pipeline.learning.batches import Batches
 from pipeline.learning.checkpoint import Progress, State
+from pipeline.learning.config import TrainConfig
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.objective import make_objective
 from pipeline.learning.precision import MatmulPrecision, matmul_precision
 from pipeline.learning.step import CapturedStep, EagerStep, TrainingError, TrainState, is_captured
 from pipeline.progress import LOGGER, bar
-from pipeline.settings import TrainConfig
 from robots import Robot
 
 # What an error counts when validations are compared: success in the paper is one of each.

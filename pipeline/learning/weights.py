@@ -12,8 +12,8 @@ from torch import Tensor, nn
 
 import robots
 from pipeline.data.files import read_json, replacing, sha256, write_json
+from pipeline.learning.config import ModelConfig
 from pipeline.learning.networks import IkNetwork, build_network
-from pipeline.settings import ModelConfig
 from robots import Robot
 from robots.checksums import chain_checksum
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline.closure import SourceTree
 from pipeline.config import bench_lists, compose
 from pipeline.data.files import write_json
 from pipeline.stages.graph import STAGES, STEPS, Step
 from pipeline.stages.solvers import solver_modules
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 FOLDER = "results/code"  # below the checkout
 
@@ -26,9 +30,14 @@ def roots(step: Step, solver: str = "") -> tuple[str, ...]:
         step: Of the graph.
         solver: Value of the axis of that name, where the step has one.
     """
-    config = compose(step.command({"robot": "panda", "solver": solver}))
     stage = STAGES[step.stage]
-    return (stage.module, *solver_modules([*stage.solver_names(config), *step.settings]))
+    names = [solver] if "solver" in step.over else stage.solver_names(_composed())
+    return (stage.module, *solver_modules([*names, *step.settings]))
+
+
+@cache
+def _composed() -> Config:
+    return compose([f"profile={bench_lists()['profile']}"])
 
 
 def code_files(tree: SourceTree) -> dict[str, dict[str, Any]]:

@@ -6,6 +6,7 @@ Run `tune` before it and `report` after it: the report states the intervals.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -14,9 +15,11 @@ from pipeline.artifacts import exclusive
 from pipeline.containers import to_dict
 from pipeline.data.dataset import read_split
 from pipeline.data.tables import write_table
-from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from pipeline.tuning.comparison import BEST, load_candidates, run_comparison
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 
 def run(config: Config) -> list[Path]:

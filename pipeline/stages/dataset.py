@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline import provenance
 from pipeline.artifacts import SPLITS, exclusive
@@ -12,11 +12,13 @@ from pipeline.data.chunk_executor import chunk_executor
 from pipeline.data.dataset import split_seed, write_card, write_split
 from pipeline.data.tables import TableError, read_metadata, read_table
 from pipeline.progress import bar
-from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts, dataset_facts, robot_of
 from robots import Robot
 from robots.checksums import sampling_checksum
 from robots.sampling import sample_configurations
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 
 def run(config: Config) -> list[Path]:

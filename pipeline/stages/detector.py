@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
@@ -23,9 +23,11 @@ from pipeline.perception.training import DetectorTrainer
 from pipeline.perception.weights import CARD, halved, save_detector
 from pipeline.progress import bar
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts, robot_of
 from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 ANY_SCORE = 0.01  # least score of the raw rows; precision and recall at any above follow from them
 

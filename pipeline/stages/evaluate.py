@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from baselines import Solver
 from pipeline import provenance
@@ -18,11 +19,13 @@ from pipeline.evaluation.naming import row_name
 from pipeline.evaluation.runner import cache_key, clear_chunks, count_poses, evaluate_solver
 from pipeline.evaluation.task import EvaluationTask
 from pipeline.progress import LOGGER, bar
-from pipeline.settings import Config
 from pipeline.solvers import check_seeder, check_solvers
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from pipeline.stages.solvers import code_of, solver_of
 from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 
 def check(config: Config) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
@@ -32,12 +32,14 @@ from pipeline.grasping.outcome import SUCCESS
 from pipeline.grasping.series import KEY, Series
 from pipeline.grasping.trial import required_scene
 from pipeline.progress import bar
-from pipeline.settings import Config
 from pipeline.solvers import check_solvers
 from pipeline.stages.grasp_units import load_runner, run_units
 from pipeline.stages.inputs import artifacts, robot_of
 from pipeline.stages.solvers import code_of
 from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 
 def check(config: Config) -> None:

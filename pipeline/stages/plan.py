@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
@@ -24,10 +25,12 @@ from pipeline.planning.benchmark import (
 from pipeline.planning.figures import write_figures, write_route
 from pipeline.progress import bar
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config
 from pipeline.solvers import check_solvers
 from pipeline.stages.inputs import artifacts, robot_of
 from pipeline.stages.solvers import code_of, solver_of
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 
 def check(config: Config) -> None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipeline.locations import published_results
-from pipeline.reporting import make_report
-from pipeline.settings import Config
+from pipeline.reporting.report import make_report
 from pipeline.stages.inputs import artifacts
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 
 def run(config: Config) -> list[Path]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
@@ -12,10 +13,12 @@ from pipeline.data.files import replacing
 from pipeline.data.tables import write_table
 from pipeline.evaluation.identity import solver_identity
 from pipeline.evaluation.sampling import sample_rows, sampler_of
-from pipeline.settings import Config
 from pipeline.solvers import check_solvers
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from pipeline.stages.solvers import solver_of
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 
 def check(config: Config) -> None:

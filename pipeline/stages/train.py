@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import torch
@@ -19,10 +19,12 @@ from pipeline.learning.networks import build_network, parameter_count
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.learning.weights import chain_facts, read_card, save_weights
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config
 from pipeline.stages.best import trained_config
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 
 def run(config: Config) -> list[Path]:

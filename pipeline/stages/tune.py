@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
@@ -11,7 +12,6 @@ from pipeline.data.dataset import CARD
 from pipeline.data.files import read_json
 from pipeline.errors import PipelineError
 from pipeline.progress import LOGGER
-from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from pipeline.tuning.journal import fetch_journal, keep_journal
 from pipeline.tuning.objective import check_search
@@ -19,6 +19,9 @@ from pipeline.tuning.outputs import write_outputs, write_trials
 from pipeline.tuning.storage import STORAGE_ERRORS, storage_errors_named
 from pipeline.tuning.study import open_study, study_name
 from pipeline.tuning.worker import SearchJob, search
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 
 def run(config: Config) -> list[Path]:

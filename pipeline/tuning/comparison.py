@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import torch
@@ -22,15 +22,18 @@ from pipeline.containers import to_dict
 from pipeline.data.dataset import PoseSet
 from pipeline.data.tables import read_table
 from pipeline.learning.checkpoint import Progress
+from pipeline.learning.config import ModelConfig, TrainConfig
 from pipeline.learning.experts import Experts
 from pipeline.learning.networks import IkNetwork, build_network, parameter_count
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.progress import LOGGER
 from pipeline.provenance import digest, machine
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config, ModelConfig, TrainConfig
 from pipeline.tuning.best import read_best
 from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 # Of a training step to a forward pass: forward, gradient by the inputs, gradient by the weights.
 PASSES = 3

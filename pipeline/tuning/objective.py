@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import torch
 from optuna import Trial
@@ -17,10 +17,12 @@ from pipeline.learning.networks import IkNetwork, build_network, parameter_count
 from pipeline.learning.objective import CycleObjective
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config
 from pipeline.tuning.sampling import WHOLE
 from pipeline.tuning.space import check, draw
 from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 JUDGED_AT_ONCE = 4096  # poses of the validation set, for the memory of wide layers
 CYCLE_KINDS = ("mlp", "experts")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 from omegaconf import OmegaConf
@@ -17,11 +17,13 @@ from pipeline.locations import published_results
 from pipeline.reporting.published import read_published
 from pipeline.reporting.table import Table
 from pipeline.reporting.tables_tuning import found_hyperparameters
-from pipeline.settings import Config
 from pipeline.tuning.figures import write_figures
 from pipeline.tuning.journal import WORKER
 from pipeline.tuning.space import draw
 from pipeline.tuning.study import ABANDONED, REASON, START, count
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 MADE_BY = "# The best trial of `python -m pipeline tune`; `train.from=best` takes it.\n"
 PUBLISHED = published_results()

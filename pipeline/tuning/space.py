@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from optuna import Trial
 from optuna.distributions import (
@@ -16,8 +16,11 @@ from optuna.distributions import (
 
 from pipeline.containers import to_dict
 from pipeline.errors import PipelineError
-from pipeline.settings import Config, ModelConfig, TrainConfig
+from pipeline.learning.config import ModelConfig, TrainConfig
 from pipeline.tuning.config import CHOICE, INT, LAYERS, Axis
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 Point = dict[str, Any]
 

@@ -7,6 +7,7 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import optuna
 from optuna import Study, Trial
@@ -18,10 +19,12 @@ from pipeline.errors import PipelineError
 from pipeline.progress import LOGGER
 from pipeline.provenance import digest
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config
 from pipeline.tuning.sampling import make_pruner, make_sampler
 from pipeline.tuning.space import starting_points
 from pipeline.tuning.storage import Store
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 FINISHED = (TrialState.COMPLETE, TrialState.PRUNED)
 # What a configuration can do to its trial: out of memory is a RuntimeError of torch, or this.

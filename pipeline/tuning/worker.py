@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from optuna import Study
 
@@ -15,11 +16,13 @@ from pipeline.engine.errors import EngineError
 from pipeline.engine.running import fans_out, try_tasks, workers_of
 from pipeline.engine.task import threads_held
 from pipeline.progress import LOGGER, bar
-from pipeline.settings import Config
 from pipeline.tuning.objective import TrialObjective
 from pipeline.tuning.storage import STORAGE_ERRORS, Store, open_store, storage_errors_named
 from pipeline.tuning.study import count, is_over, open_study, run_trials
 from robots import load_robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 BAR_S = 1.0  # between looks at how far the workers are
 ROUNDS = 5  # times that workers are started anew when none of them is left

@@ -7,13 +7,13 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
+from pipeline.learning.config import ModelConfig
 from pipeline.learning.experts import Experts
 from pipeline.learning.experts_kernel import (
     answer_rows,
     answer_rows_parallel,
     compiled_experts,
 )
-from pipeline.settings import ModelConfig
 from robots import Robot, load_robot
 
 # Neither a multiple of four rows nor of eight neurons, so that all padding is met.
