@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import re
 from collections.abc import Callable, Iterable
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 
 import grimp
 
 PACKAGES = ("pipeline", "baselines", "robots")
+DATA_FILE = re.compile(r"[\w.-]+\.(?!py$)\w+")  # the name of a template, a style, a table
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
@@ -89,13 +91,12 @@ class SourceTree:
         """Digest of a module's code, and of the files beside it that it names (a template)."""
         if not path.exists():  # a folder of data without an __init__
             return ""
-        tree = ast.parse(self._read(path))
-        code = hashlib.sha256(ast.dump(without_docstrings(tree)).encode())
-        for name in sorted(_names(tree)):
-            file = path.parent / name
-            if file.suffix not in ("", ".py") and file.is_file():
-                code.update(name.encode() + self._read(file))
-        return code.hexdigest()[:16]
+        digest, names = code_digest(self._read(path))
+        beside = [path.parent / name for name in names]
+        if not (files := [file for file in beside if file.is_file()]):
+            return digest
+        content = b"".join(file.name.encode() + self._read(file) for file in files)
+        return hashlib.sha256(digest.encode() + content).hexdigest()[:16]
 
 
 @cache
@@ -112,18 +113,17 @@ def without_docstrings(tree: ast.Module) -> ast.Module:
     return tree
 
 
-def _names(tree: ast.Module) -> set[str]:
-    """Text constants that may be the name of a file."""
-    constants = (node.value for node in ast.walk(tree) if isinstance(node, ast.Constant))
-    return {
-        text
-        for text in constants
-        if isinstance(text, str)
-        and 2 < len(text) < 100
-        and "." in text
-        and "/" not in text
-        and "\0" not in text
-    }
+@lru_cache(maxsize=1024)
+def code_digest(source: bytes) -> tuple[str, tuple[str, ...]]:
+    """Return the digest of a module's code and the text constants that may name a file beside it.
+
+    Args:
+        source: Of the module.
+    """
+    tree = without_docstrings(ast.parse(source))
+    texts = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)}
+    names = sorted(text for text in texts if isinstance(text, str) and DATA_FILE.fullmatch(text))
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:16], tuple(names)
 
 
 @cache
