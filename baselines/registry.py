@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import difflib
 import importlib
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import yaml
 
 from baselines.errors import SettingError, SkippedSolver, SolverError, UnknownSolverError
 from baselines.protocol import Solver
+from robots.locations import conf_dir
 
 if TYPE_CHECKING:
     from robots import Robot
 
-FOLDER = Path(__file__).parents[1] / "conf" / "solver"
+FOLDER = conf_dir() / "solver"
 
 
 def names() -> tuple[str, ...]:

@@ -26,7 +26,7 @@ from scaling import WORKS, Model, Times, Work, fitted
 
 from pipeline.config import compose
 from pipeline.reporting.style import LOOKS, legend_below, logarithmic, panels, save, styled
-from pipeline.stages import run_stage
+from pipeline.stages.running import run_stage
 from pipeline.tuning.space import draw
 from pipeline.tuning.storage import open_store
 from pipeline.tuning.study import open_study, run_trials

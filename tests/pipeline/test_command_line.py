@@ -9,7 +9,7 @@ import pytest
 
 from pipeline.__main__ import main
 from pipeline.commands.run import run_name
-from pipeline.stages import STAGES
+from pipeline.stages.graph import STAGES
 
 TOY = ["profile=smoke", "dataset.train=400", "dataset.validation=50", "dataset.test=50"]
 

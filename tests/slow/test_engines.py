@@ -20,7 +20,7 @@ from pipeline.config import compose
 from pipeline.data.tables import read_table
 from pipeline.engine.errors import EngineError
 from pipeline.engine.running import run_tasks
-from pipeline.stages import run_stage
+from pipeline.stages.running import run_stage
 from robots import sampling
 from tests import engine_tasks
 

@@ -24,7 +24,7 @@ import pytest
 from optuna.trial import FrozenTrial
 
 from pipeline.config import compose
-from pipeline.stages import run_stage
+from pipeline.stages.running import run_stage
 from tests import tune_runs
 from tests.tune_runs import check_total, ended, kill_a_worker, start
 

@@ -15,7 +15,6 @@ from pipeline.commands import run
 from pipeline.commands.dvc import set_profile
 from pipeline.config import bench_lists, compose, group_choices
 from pipeline.errors import ConfigError
-from pipeline.settings import Config
 from pipeline.stages import parameters
 from pipeline.stages.dvc_file import dvc_yaml
 from pipeline.stages.graph import STAGES, STEPS, Step
