@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline.config import CONF_DIR, compose, group_choices
 from pipeline.data.files import read_yaml
 from pipeline.errors import ConfigError
 from pipeline.stages.graph import STAGES, STEPS, Step
 from robots import available_robots
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 WITHOUT_EFFECT = ("engine",)  # groups that say where a stage runs, not what it makes
 WHOLE: tuple[str, ...] = ()  # every key of a file counts
@@ -114,9 +117,13 @@ def _solvers(step: Step) -> list[str]:
     if "solver" in step.over:
         return ["${item.solver}", *fixed]
     stage = STAGES[step.stage]
-    configs = [compose([f"profile={name}"]) for name in group_choices("profile")]
-    named = {solver for config in configs for solver in stage.solver_names(config)}
+    named = {solver for config in _profiles() for solver in stage.solver_names(config)}
     return sorted({*named, *fixed})
+
+
+@cache
+def _profiles() -> list[Config]:
+    return [compose([f"profile={name}"]) for name in group_choices("profile")]
 
 
 def _profiled(groups: tuple[str, ...]) -> tuple[str, ...] | None:

@@ -20,7 +20,7 @@ from pipeline.stages.dvc_file import dvc_yaml
 from pipeline.stages.graph import STAGES, STEPS, Step
 from robots.locations import FOLDER
 
-Run = tuple[str, frozenset[str]]  # a stage and its overrides
+Run = tuple[str, ...]  # a stage and its overrides in alphabetical order
 
 
 def content() -> dict[str, Any]:
@@ -38,7 +38,7 @@ def run_by_dvc() -> list[Run]:
             for axis, value in zip(axes, values, strict=True):
                 command = command.replace(f"${{item.{axis}}}", value)
             words = shlex.split(command)
-            found.append((words[3], frozenset(words[4:])))
+            found.append((words[3], *sorted(words[4:])))
     return found
 
 
@@ -48,7 +48,7 @@ def run_by_all(monkeypatch: pytest.MonkeyPatch) -> list[Run]:
     ran: list[Run] = []
 
     def stage(name: str, overrides: list[str]) -> list[Path]:
-        ran.append((name, frozenset(overrides)))
+        ran.append((name, *sorted(overrides)))
         return []
 
     monkeypatch.setattr(run, "compose", lambda overrides: overrides)
@@ -63,33 +63,33 @@ def test_the_committed_file_is_the_generated_one() -> None:
 
 def test_all_runs_what_dvc_runs(run_by_all: list[Run]) -> None:
     assert run.everything([f"profile={bench_lists()['profile']}"]) == 0
-    assert sorted(map(repr, run_by_all)) == sorted(map(repr, run_by_dvc()))
+    assert sorted(run_by_all) == sorted(run_by_dvc())
     assert len(run_by_all) == len({*run_by_all})
     assert run_by_all[-1][0] == "report"
-    stages = {name for name, _ in run_by_all}
+    stages = {name for name, *_ in run_by_all}
     assert stages == {stage.name for stage in STAGES.values() if not stage.on_demand}
 
 
 def test_fewer_robots_and_solvers(run_by_all: list[Run]) -> None:
     run.everything(["profile=smoke", "robots=[panda]", "evaluate.solvers=[lm,pink]"])
-    evaluated = [overrides for name, overrides in run_by_all if name == "evaluate"]
-    assert sorted(map(sorted, evaluated)) == [
+    evaluated = [overrides for name, *overrides in run_by_all if name == "evaluate"]
+    assert sorted(evaluated) == [
         ["evaluate.seeded_by=cycleik", "evaluate.solvers=[lm]", "profile=smoke", "robot=panda"],
         ["evaluate.solvers=[lm]", "profile=smoke", "robot=panda"],
         ["evaluate.solvers=[pink]", "profile=smoke", "robot=panda"],
     ]
-    assert all("robot=panda" in overrides for name, overrides in run_by_all if name != "report")
+    assert all("robot=panda" in overrides for name, *overrides in run_by_all if name != "report")
 
 
 def test_what_is_typed_replaces_a_choice_but_not_a_network_of_its_own(
     run_by_all: list[Run],
 ) -> None:
     run.everything(["robots=[nico]", "agent=endpoint"])
-    assert ("grasp", frozenset({"robot=nico", "perception=camera", "agent=endpoint"})) in run_by_all
+    assert ("grasp", "agent=endpoint", "perception=camera", "robot=nico") in run_by_all
     run_by_all.clear()
     run.everything(["robots=[panda]", "model=tiny"])
-    trained = [overrides for name, overrides in run_by_all if name == "train"]
-    assert trained == [{"robot=panda", "model=tiny"}, {"robot=panda", "model=flow"}]
+    trained = [overrides for name, *overrides in run_by_all if name == "train"]
+    assert trained == [["model=tiny", "robot=panda"], ["model=flow", "robot=panda"]]
 
 
 def test_a_robot_that_is_none(run_by_all: list[Run]) -> None:
