@@ -35,6 +35,7 @@ test: lint types unit
 lint: environment
 	ruff check .
 	ruff format --check .
+	lint-imports --no-cache --no-logo
 
 types: environment
 	mypy

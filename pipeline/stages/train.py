@@ -27,6 +27,11 @@ if TYPE_CHECKING:
     from pipeline.settings import Config
 
 
+def check(config: Config) -> None:
+    """Refuse `train.from=best` before there was a search."""
+    trained_config(config)
+
+
 def run(config: Config) -> list[Path]:
     """Train and write weights.safetensors, card.json, metrics.json and curve.csv.
 

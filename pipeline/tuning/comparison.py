@@ -17,7 +17,7 @@ import pandas as pd
 import torch
 from torch import nn
 
-from pipeline.config import compose
+from pipeline.closure import source_tree
 from pipeline.containers import to_dict
 from pipeline.data.dataset import PoseSet
 from pipeline.data.tables import read_table
@@ -41,6 +41,7 @@ WARM_UP_PART = 10  # of a short schedule no more than this part is spent on warm
 WARM_UP_STEPS, TIMED_STEPS, TIMED_S = 5, 20, 5.0
 BEST, TABLE_ONE = "best", "table_one"
 Keep = Callable[[pd.DataFrame], None]
+Compose = Callable[[list[str]], "Config"]
 
 
 @dataclass(frozen=True)
@@ -58,12 +59,13 @@ class Candidate:
     model: ModelConfig
 
 
-def load_candidates(config: Config, best: Path) -> list[Candidate]:
+def load_candidates(config: Config, best: Path, compose: Compose) -> list[Candidate]:
     """Return the configurations that ``tune.comparison`` names.
 
     Args:
         config: The run: its own configuration is ``default``.
         best: best.yaml of the search.
+        compose: Makes a configuration of overrides.
 
     Raises:
         PipelineError: The search was for another kind of model.
@@ -233,5 +235,6 @@ def _run_digest(robot: Robot, config: Config, candidate: Candidate, replicate: i
     comparison = config.tune.comparison
     budget = [comparison.currency, comparison.amount, config.seed, replicate]
     place = machine() if comparison.currency == "seconds" else {}
-    data = [config.dataset.train, config.dataset.validation, robot.urdf_checksum, place]
+    code = source_tree().digest(__name__)
+    data = [config.dataset.train, config.dataset.validation, robot.urdf_checksum, place, code]
     return digest([to_dict(candidate.train), to_dict(candidate.model), budget, data])
