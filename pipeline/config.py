@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -13,19 +15,26 @@ from typing import Any, cast
 import yaml
 from hydra import compose as hydra_compose
 from hydra import initialize_config_dir
+from hydra.core.config_store import ConfigStore
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.types import Glob, Override
 from hydra.errors import HydraException
+from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from baselines import SolverError, registry
 from pipeline.data.files import Document, read_yaml
 from pipeline.errors import ConfigError, choices
 from pipeline.locations import CONF_DIR
 from pipeline.settings import Config
 from robots.locations import home
 
+ROOT = "config"  # conf/config.yaml, where composition starts
 ROOT_KEYS_OF_YAML = {"from": "source"}  # train.from: a Python keyword cannot name a field
+SOLVER, EVERY = "solver", "every"  # the one group of which a run has every file, not one
+OWNERS = ("profile", "experiment")  # groups that own keys of others, and explain what they set
 
 COMPOSING = Lock()  # Hydra holds its state once for all threads of a process
 
@@ -94,6 +103,41 @@ def _matching(override: Override, pattern: Glob) -> list[str]:
     return found
 
 
+@dataclass(frozen=True)
+class Source:
+    """A file under conf/ that a run is composed of.
+
+    Attributes:
+        path: The file.
+        package: Where in the configuration its keys stand, such as ``train`` or ``plan.motion``;
+            empty for the root.
+    """
+
+    path: Path
+    package: str
+
+
+def sources(overrides: Sequence[str] = ()) -> list[Source]:
+    """Return the files that a run is composed of, in the order in which later ones win.
+
+    Raises:
+        ConfigError: A choice of a group that does not exist.
+    """
+    with _hydra():
+        loader = GlobalHydra.instance().config_loader()
+        found = loader.compute_defaults_list(ROOT, list(overrides), RunMode.RUN).defaults
+    chosen = [
+        Source(CONF_DIR / f"{item.config_path}.yaml", item.package or "")
+        for item in found
+        if item.config_path not in (None, f"{SOLVER}/{EVERY}")
+        and not item.config_path.startswith("hydra/")
+    ]
+    solvers = [
+        Source(registry.FOLDER / f"{name}.yaml", f"{SOLVER}.{name}") for name in registry.names()
+    ]
+    return [*solvers, *chosen]
+
+
 def bench_lists() -> dict[str, Any]:
     """Return conf/bench.yaml: the profile and the lists that `all` and `make reproduce` run.
 
@@ -125,15 +169,46 @@ def _parse(overrides: Sequence[str]) -> list[Override]:
 
 
 def _compose_raw(overrides: Sequence[str]) -> DictConfig:
+    with _hydra():
+        return hydra_compose(config_name=ROOT, overrides=list(overrides))
+
+
+@contextmanager
+def _hydra() -> Iterator[None]:
+    """Hydra with conf/ and all solvers, for one thread at a time; its errors become ours."""
     try:
         with COMPOSING, initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
-            return hydra_compose(config_name="config", overrides=list(overrides))
+            ConfigStore.instance().store(EVERY, _solver_settings(), SOLVER)
+            yield
     except yaml.YAMLError as error:
         raise ConfigError(
             f"a file under conf/ is not YAML: {' '.join(str(error).split())}"
         ) from error
     except (HydraException, OmegaConfBaseException) as error:
-        raise ConfigError(_first_line(error)) from error
+        raise ConfigError(_no_recipe(str(error)) or _first_line(error)) from error
+    except SolverError as error:
+        raise ConfigError(str(error)) from error
+
+
+def _solver_settings() -> dict[str, dict[str, Any]]:
+    """The settings of each solver as its file has them, without the class that they are for."""
+    every = {name: registry.file_settings(name) for name in registry.names()}
+    return {
+        name: {key: value for key, value in values.items() if key != registry.TARGET}
+        for name, values in every.items()
+    }
+
+
+def _no_recipe(message: str) -> str:
+    """What to do about a model without a recipe of its name; empty for any other message."""
+    found = re.search(r"Could not find 'train/(\w+)'", message)
+    if found is None:
+        return ""
+    name = found[1]
+    return (
+        f"model={name} has no recipe conf/train/{name}.yaml: write one, or name another one with "
+        f"train=...: {', '.join(group_choices('train'))}"
+    )
 
 
 @cache
@@ -152,7 +227,14 @@ def _check_names(parsed: Sequence[Override]) -> None:
             keys.append(override)
             continue
         value = override.value()
-        if value is not None and str(value) not in group_choices(key):
+        if key == SOLVER:
+            raise ConfigError(
+                f"'{override.input_line}': a run has the settings of all solvers, as "
+                f"solver.<name>.<key>; which of them it takes, keys such as evaluate.solvers say"
+            )
+        if key == OWNERS[1] and value is None:
+            continue
+        if str(value) not in group_choices(key):
             raise ConfigError(choices(key, str(value), group_choices(key)))
         groups.append(cast(str, override.input_line))
     for override in keys:
@@ -178,7 +260,8 @@ def _check_key(base: DictConfig, key: str, adds: bool) -> None:
 
 def _to_dataclass(raw: DictConfig) -> Config:
     try:
-        container = OmegaConf.to_container(raw, resolve=True)
+        container = cast(dict[str, Any], OmegaConf.to_container(raw, resolve=True))
+        _check_solvers(container[SOLVER])
         renamed = OmegaConf.create(_rename(container, ROOT_KEYS_OF_YAML))
         merged = OmegaConf.merge(OmegaConf.structured(Config), renamed)
         missing = sorted(OmegaConf.missing_keys(merged))
@@ -192,6 +275,21 @@ def _to_dataclass(raw: DictConfig) -> Config:
         raise
     except ValueError as error:
         raise ConfigError(_first_line(error)) from error
+
+
+def _check_solvers(solvers: dict[str, dict[str, Any]]) -> None:
+    """Refuse a setting that differs from the solver's file and is of another type.
+
+    Raises:
+        ConfigError: There is one.
+    """
+    for name, own in _solver_settings().items():
+        for key, value in solvers[name].items():
+            if value != own[key] or type(value) is not type(own[key]):
+                try:
+                    registry.check_setting(name, key, value)
+                except SolverError as error:
+                    raise ConfigError(f"{SOLVER}.{name}.{key}: {error}") from error
 
 
 def _rename(node: Any, names: dict[str, str]) -> Any:

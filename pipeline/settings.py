@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from omegaconf import MISSING
 
@@ -70,7 +71,11 @@ class DatasetConfig:
 
 @dataclass
 class Config:
-    """Everything a stage may ask for."""
+    """Everything a stage may ask for.
+
+    Attributes:
+        solver: Settings of every solver by name, as conf/solver and the run say.
+    """
 
     seed: int = MISSING
     profile: str = MISSING
@@ -79,6 +84,7 @@ class Config:
     dataset: DatasetConfig = field(default_factory=DatasetConfig)
     model: ModelConfig = field(default_factory=ModelConfig)
     train: TrainConfig = field(default_factory=TrainConfig)
+    solver: dict[str, dict[str, Any]] = MISSING
     tune: TuneConfig = field(default_factory=TuneConfig)
     evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)
     sample: SampleConfig = field(default_factory=SampleConfig)

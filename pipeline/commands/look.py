@@ -12,11 +12,15 @@ from collections.abc import Callable
 import numpy as np
 
 import baselines
+from baselines import SkippedSolver
 from baselines.registry import settings
 from pipeline import provenance
 from pipeline.config import bench_lists
 from pipeline.errors import PipelineError
+from pipeline.learning.weights import WeightsError
+from pipeline.loading import find_weights
 from pipeline.locations import need_checkout, results
+from pipeline.solvers import told_path
 from pipeline.speech.available import missing_parts
 from robots import available_robots, load_robot
 from robots.locations import home
@@ -87,6 +91,8 @@ def doctor() -> int:
     for name in baselines.names():
         if reason := baselines.skip(name):
             print(f"  solver {name:<13} is skipped: {reason} (pip install .[solvers])")
+    for name in available_robots():
+        print(f"  weights for {name:<10} {_weights_of(name)}")
     for setting, reason in missing_parts().items():
         print(f"  {setting}: {reason}")
     if missing:
@@ -94,6 +100,14 @@ def doctor() -> int:
     else:
         print("everything that the pipeline needs is here")
     return 1 if missing else 0
+
+
+def _weights_of(name: str) -> str:
+    """The trained weights that `load_solver` takes for a robot where none are named."""
+    try:
+        return told_path(find_weights("cycleik", load_robot(name)))
+    except (SkippedSolver, WeightsError) as error:
+        return str(error)
 
 
 def robot(arguments: list[str]) -> int:

@@ -100,7 +100,7 @@ class TrainConfig:
     epochs: int = MISSING
     warm_up_steps: int = MISSING
     weight_decay: float = MISSING
-    gradient_clip: float = MISSING
+    gradient_clip: float | None = MISSING
     mean_head_weight: float = MISSING
     mean_head_weight_until: float = MISSING
     kinematics: str = MISSING
@@ -143,7 +143,9 @@ class TrainConfig:
         one_of("train.from", self.source, ("default", "best"))
         for name in ("position_beta", "rotation_beta", "batch_size", "learning_rate", "epochs"):
             positive(f"train.{name}", getattr(self, name))
-        for name in ("gradient_clip", "validations", "checkpoint_s"):
+        if self.gradient_clip is not None:
+            positive("train.gradient_clip", self.gradient_clip)
+        for name in ("validations", "checkpoint_s"):
             positive(f"train.{name}", getattr(self, name))
         for name in ("position_weight", "rotation_weight", "warm_up_steps", "weight_decay"):
             at_least(f"train.{name}", getattr(self, name), 0)

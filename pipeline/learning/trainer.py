@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -87,9 +88,8 @@ class Trainer:
             fused=True,
             capturable=captured,
         )
-        state = TrainState(
-            self.objective, self.network, self.optimizer, self.products, train.gradient_clip
-        )
+        clip = math.inf if train.gradient_clip is None else train.gradient_clip
+        state = TrainState(self.objective, self.network, self.optimizer, self.products, clip)
         self._step: EagerStep | CapturedStep = (
             CapturedStep(state, train.batch_size) if captured else EagerStep(state)
         )

@@ -19,7 +19,7 @@ from pipeline.evaluation.naming import row_name
 from pipeline.evaluation.runner import cache_key, clear_chunks, count_poses, evaluate_solver
 from pipeline.evaluation.task import EvaluationTask
 from pipeline.progress import LOGGER, bar
-from pipeline.solvers import check_seeder, check_solvers
+from pipeline.solvers import check_budgets, check_seeder, check_solvers, weights_told
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from pipeline.stages.solvers import code_of, solver_of
 from robots import Robot
@@ -32,6 +32,7 @@ def check(config: Config) -> None:
     """Refuse a run whose solvers or seeder cannot run, before anything is made."""
     robot = robot_of(config)
     check_solvers(config.evaluate.solvers_by_key(), robot)
+    check_budgets(config)
     if config.evaluate.seeded_by != HOME:
         check_seeder("evaluate.seeded_by", config.evaluate.seeded_by, robot)
 
@@ -93,6 +94,7 @@ def _evaluate(task: EvaluationTask, config: Config) -> Path:
         with bar(count_poses(task, config.evaluate), "pose", title.replace("-", " ")) as shown:
             rows = evaluate_solver(task, config.evaluate, cache, shown.update)
         facts = {**provenance.made_by(), "commit": provenance.commit(), **key}
+        facts["weights"] = weights_told(task.solver)
         write_table(path, rows, facts)
         clear_chunks(cache)
     return path

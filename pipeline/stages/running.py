@@ -13,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import cast
 
+from baselines.registry import using
 from pipeline.config import compose
 from pipeline.containers import to_dict
 from pipeline.learning.weights import CARD, read_card, shipped_weights
@@ -40,7 +41,8 @@ def run_stage(name: str, config: Config) -> list[Path]:
     if "dataset" in stage.inputs:
         make_dataset(config)
     config = with_weights(config, stage.solver_names(config))
-    return cast(list[Path], module.run(config))
+    with using(config.solver):
+        return cast(list[Path], module.run(config))
 
 
 def make_dataset(config: Config) -> None:
@@ -62,7 +64,8 @@ def with_weights(config: Config, solvers: Iterable[str]) -> Config:
         config: Of the run.
         solvers: Names of the solvers that it loads, neural or not.
     """
-    found = {name: weights_of(name, config) for name in solvers if is_neural(name)}
+    own = {name for name in solvers if is_neural(name) and not config.solver[name]["weights"]}
+    found = {name: weights_of(name, config) for name in sorted(own)}
     return replace(config, weights={**config.weights, **{k: str(v) for k, v in found.items()}})
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import baselines
 from baselines import Solver
-from baselines.registry import settings
+from baselines.registry import settings, using
 from pipeline.closure import source_tree
 from pipeline.errors import MissingArtifactError
 from pipeline.solvers import is_neural
@@ -23,14 +23,15 @@ def solver_of(name: str, robot: Robot, config: Config) -> Solver:
     Raises:
         MissingArtifactError: `pipeline.stages.running` has not looked for its weights.
     """
-    if not is_neural(name):
-        return baselines.load(name, robot)
-    if name not in config.weights:
-        raise MissingArtifactError(
-            f"there are no weights for solver '{name}' of {robot.name} in this run; train with: "
-            f"python -m pipeline train robot={robot.name} profile={config.profile}"
-        )
-    return baselines.load(name, robot, weights=config.weights[name])
+    with using(config.solver):
+        if not is_neural(name) or settings(name)["weights"]:
+            return baselines.load(name, robot)
+        if name in config.weights:
+            return baselines.load(name, robot, weights=config.weights[name])
+    raise MissingArtifactError(
+        f"there are no weights for solver '{name}' of {robot.name} in this run; train with: "
+        f"python -m pipeline train robot={robot.name} profile={config.profile}"
+    )
 
 
 def code_of(module: str, solvers: Mapping[str, Iterable[str]]) -> str:

@@ -18,7 +18,7 @@ from pipeline.learning.flow_solver import FlowIk
 from pipeline.learning.networks import build_network
 from pipeline.learning.objective import make_objective
 from pipeline.learning.weights import WeightsError, chain_facts, save_weights
-from pipeline.solvers import load_solver
+from pipeline.loading import load_solver
 from pipeline.stages import running
 from robots import Robot, load_robot, rotations
 

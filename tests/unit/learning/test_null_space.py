@@ -20,7 +20,7 @@ from pipeline.learning.objective import make_objective
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.learning.weights import chain_facts, save_weights
 from pipeline.settings import Config
-from pipeline.solvers import load_solver
+from pipeline.loading import load_solver
 from robots import Robot, load_robot
 
 CPU = torch.device("cpu")
