@@ -15,6 +15,7 @@ from typing import Any, cast
 import yaml
 from hydra import compose as hydra_compose
 from hydra import initialize_config_dir
+from hydra._internal.defaults_list import DefaultsList
 from hydra.core.config_store import ConfigStore
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.global_hydra import GlobalHydra
@@ -123,10 +124,8 @@ def sources(overrides: Sequence[str] = ()) -> list[Source]:
     Raises:
         ConfigError: A choice of a group that does not exist.
     """
-    with _hydra():
-        loader = GlobalHydra.instance().config_loader()
-        found = loader.compute_defaults_list(ROOT, list(overrides), RunMode.RUN).defaults
-    chosen = [
+    found = _defaults(overrides).defaults
+    read = [
         Source(CONF_DIR / f"{item.config_path}.yaml", item.package or "")
         for item in found
         if item.config_path not in (None, f"{SOLVER}/{EVERY}")
@@ -135,7 +134,32 @@ def sources(overrides: Sequence[str] = ()) -> list[Source]:
     solvers = [
         Source(registry.FOLDER / f"{name}.yaml", f"{SOLVER}.{name}") for name in registry.names()
     ]
-    return [*solvers, *chosen]
+    return [*solvers, *read]
+
+
+def chosen(overrides: Sequence[str] = ()) -> dict[str, str]:
+    """Return the choice of each group of a run, in the order of conf/config.yaml.
+
+    Raises:
+        ConfigError: A choice of a group that does not exist.
+    """
+    known = _defaults(overrides).overrides.known_choices
+    return {
+        group: choice
+        for group, choice in known.items()
+        if group != SOLVER and choice and "@" not in group and not group.startswith("hydra/")
+    }
+
+
+def values(overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """Return the values of a run as conf/ and the overrides have them, before they are checked."""
+    return cast(dict[str, Any], OmegaConf.to_container(_compose_raw(overrides), resolve=True))
+
+
+def _defaults(overrides: Sequence[str]) -> DefaultsList:
+    with _hydra():
+        loader = GlobalHydra.instance().config_loader()
+        return loader.compute_defaults_list(ROOT, list(overrides), RunMode.RUN)
 
 
 def bench_lists() -> dict[str, Any]:

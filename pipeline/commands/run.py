@@ -31,7 +31,8 @@ report. robots, numerical and the other lists are those of conf/bench.yaml where
 def stage(name: str, arguments: list[str]) -> int:
     """Run one stage, or with ``-m`` one run for each combination of the values given."""
     if any(flag in arguments for flag in HELP_FLAGS):
-        return _help(name)
+        print(stage_help(name, [item for item in arguments if not item.startswith("-")]))
+        return 0
     overrides = [argument for argument in arguments if argument not in SWEEP_FLAGS]
     _refuse_flags(overrides)
     if len(overrides) == len(arguments):
@@ -126,14 +127,3 @@ def _refuse_flags(arguments: list[str]) -> None:
     for argument in arguments:
         if argument.startswith("-"):
             raise PipelineError(f"there is no option {argument}; overrides read key=value")
-
-
-def _help(name: str) -> int:
-    module = import_module(STAGES[name].module)
-    print(f"python -m pipeline {name} [key=value ...] [-m]\n\n{module.__doc__}")
-    group = name if (CONF_DIR / name).is_dir() else None
-    if group:
-        print(f"Keys of the group {group} and their values with profile=quick:\n")
-        print(OmegaConf.to_yaml(OmegaConf.create({group: getattr(compose(), group)})))
-    print(f"Stages: {', '.join(STAGES)}. Robots: {', '.join(group_choices('robot'))}.")
-    return 0

@@ -59,7 +59,7 @@ def read_groups(step: Step) -> tuple[str, ...]:
 def _choice(group: str, step: Step) -> str:
     if group == "robot":
         return ROBOT
-    if group == "model":
+    if group in ("model", "train"):  # a recipe goes by the name of its model
         return step.model or MODEL
     return step.choices.get(group) or _defaults()[group]
 
@@ -81,13 +81,12 @@ def _files(group: str, choice: str, part: str = "") -> Iterator[tuple[str, tuple
         part: Only what is at or below this key of the group; empty for all of it.
     """
     file = f"conf/{group}/{choice}.yaml"
-    if "$" in choice:
-        if nested := [name for name in group_choices(group) if any(_nested(group, name))]:
-            raise ConfigError(
-                f"conf/{group}/{nested[0]}.yaml takes in other files: dvc.yaml cannot follow that "
-                f"for a group whose choice differs from run to run"
-            )
+    if "$" in choice:  # DVC fills in one of several, so what any of them takes in counts
         yield file, (part,) if part else WHOLE
+        for name in group_choices(group):
+            for inner_group, inner_choice, package in _nested(group, name):
+                if not part or package == part or package.startswith(f"{part}."):
+                    yield from _files(inner_group, inner_choice)
         return
     if not part or part in read_yaml(CONF_DIR / group / f"{choice}.yaml"):
         yield file, (part,) if part else WHOLE
@@ -108,7 +107,8 @@ def _nested(group: str, choice: str) -> Iterator[tuple[str, str, str]]:
         below = inner.removeprefix("/") if inner.startswith("/") else f"{group}/{inner}".rstrip("/")
         package = (package or inner).replace("_here_", "").replace("/", ".")
         per_robot = set(group_choices(below)) <= set(available_robots())
-        yield below, ROBOT if per_robot else str(name), package
+        for each in name if isinstance(name, list) else [name]:
+            yield below, ROBOT if per_robot else str(each), package
 
 
 def _solvers(step: Step) -> list[str]:
