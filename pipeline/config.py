@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -33,7 +33,7 @@ from pipeline.settings import Config
 from robots.locations import home
 
 ROOT = "config"  # conf/config.yaml, where composition starts
-ROOT_KEYS_OF_YAML = {"from": "source"}  # train.from: a Python keyword cannot name a field
+NAMES_IN_YAML = {"from": "source"}  # train.from: a Python keyword cannot name a field
 SOLVER, EVERY = "solver", "every"  # the one group of which a run has every file, not one
 OWNERS = ("profile", "experiment")  # groups that own keys of others, and explain what they set
 
@@ -180,7 +180,7 @@ def group_choices(group: str) -> list[str]:
 def to_yaml(config: Config) -> str:
     """Return the configuration as YAML, keys in the order of the schema."""
     container = OmegaConf.to_container(OmegaConf.structured(config), resolve=True)
-    return OmegaConf.to_yaml(_rename(container, {v: k for k, v in ROOT_KEYS_OF_YAML.items()}))
+    return OmegaConf.to_yaml(_renamed(container, {v: k for k, v in NAMES_IN_YAML.items()}))
 
 
 def _parse(overrides: Sequence[str]) -> list[Override]:
@@ -286,7 +286,7 @@ def _to_dataclass(raw: DictConfig) -> Config:
     try:
         container = cast(dict[str, Any], OmegaConf.to_container(raw, resolve=True))
         _check_solvers(container[SOLVER])
-        renamed = OmegaConf.create(_rename(container, ROOT_KEYS_OF_YAML))
+        renamed = OmegaConf.create(_renamed(container, NAMES_IN_YAML))
         merged = OmegaConf.merge(OmegaConf.structured(Config), renamed)
         missing = sorted(OmegaConf.missing_keys(merged))
         if missing:
@@ -316,10 +316,10 @@ def _check_solvers(solvers: dict[str, dict[str, Any]]) -> None:
                     raise ConfigError(f"{SOLVER}.{name}.{key}: {error}") from error
 
 
-def _rename(node: Any, names: dict[str, str]) -> Any:
-    if isinstance(node, dict):
-        return {names.get(key, key): _rename(value, names) for key, value in node.items()}
-    return [_rename(item, names) for item in node] if isinstance(node, list) else node
+def _renamed(container: dict[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
+    """The configuration with keys of train under other names."""
+    train = {names.get(key, key): value for key, value in container["train"].items()}
+    return {**container, "train": train}
 
 
 def _first_line(error: BaseException) -> str:

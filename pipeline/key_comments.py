@@ -43,8 +43,10 @@ def _walk(node: yaml.Node, prefix: str, lines: list[str], inherited: str) -> Ite
 def _comment(key: yaml.Node, value: yaml.Node, lines: list[str]) -> str:
     """The comments from the line of a key to the end of its value, or to its first nested key."""
     first, column = key.start_mark.line, key.start_mark.column
+    if isinstance(value, yaml.ScalarNode) and value.style in (">", "|"):
+        return _trailing(lines[first])
     block = isinstance(value, yaml.CollectionNode) and not value.flow_style
-    last = first if block or _is_text_block(value, lines[first]) else value.end_mark.line
+    last = first if block else value.end_mark.line
     parts = [_trailing(line) for line in lines[first : last + 1]]
     for line in lines[last + 1 :]:
         found = CONTINUED.match(line)
@@ -52,10 +54,6 @@ def _comment(key: yaml.Node, value: yaml.Node, lines: list[str]) -> str:
             break
         parts.append(line[found.end() :].strip())
     return " ".join(part for part in parts if part)
-
-
-def _is_text_block(value: yaml.Node, line: str) -> bool:
-    return isinstance(value, yaml.ScalarNode) and value.style in (">", "|")
 
 
 def _trailing(line: str) -> str:

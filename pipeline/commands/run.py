@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import re
-from importlib import import_module
 from pathlib import Path
 
-from omegaconf import OmegaConf
-
-from pipeline.config import CONF_DIR, bench_lists, compose, group_choices, sweep, to_yaml
+from pipeline.commands.stage_help import stage_help
+from pipeline.config import bench_lists, compose, group_choices, sweep, to_yaml
 from pipeline.data.files import write_text
 from pipeline.errors import ConfigError, PipelineError, choices
 from pipeline.progress import LOGGER

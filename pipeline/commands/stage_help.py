@@ -14,6 +14,7 @@ import yaml
 from pipeline.config import chosen, compose, group_choices, sources, values
 from pipeline.key_comments import key_comments
 from pipeline.settings import Config
+from pipeline.solvers import is_neural
 from pipeline.stages.graph import STAGES, STEPS, Stage
 from robots import available_robots
 
@@ -79,7 +80,8 @@ def comments(overrides: Sequence[str]) -> dict[str, str]:
 
 def _kernels(stage: Stage) -> set[str]:
     """Solvers that other solvers of the stage refine with, whose settings count as well."""
-    return {name for step in STEPS.values() if step.stage == stage.name for name in step.settings}
+    named = (name for step in STEPS.values() if step.stage == stage.name for name in step.settings)
+    return {name for name in named if not is_neural(name)}
 
 
 def _of_robot(node: Any, robot: str) -> Any:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
@@ -36,6 +37,11 @@ HEADER = "# @package _global_\n"
 STRUCTURE = ("defaults", registry.TARGET)  # they say what is composed; they are no values
 PLAIN = ("evaluate", "sample", "plan", "grasp", "agent", "speech", "perception", "detector")
 GROUPS = ("robot", "dataset", "report", "engine", *PLAIN)  # of which none hangs on another
+
+
+@cache
+def files_of(*run: str) -> tuple[Source, ...]:
+    return tuple(sources(run))
 
 
 def runs() -> list[list[str]]:
@@ -128,14 +134,16 @@ def sets(path: str, owned: set[str]) -> bool:
 @pytest.mark.parametrize("run", runs(), ids=" ".join)
 def test_a_key_acts_where_it_stands(run: list[str]) -> None:
     got, files = values(run), sources(run)
-    owned = {place for file in files if is_owner(file) for _, place in keys_of(file)}
-    astray = [
-        f"{source.path.parent.name}/{source.path.name}: {key}"
-        for source in files
-        for key, place in keys_of(source)
-        if (is_owner(source) or not sets(place, owned))
-        and at(got, place) != mark(source.path, key)
-    ]
+    owned: set[str] = set()  # by profile and experiment, which come last
+    astray = []
+    for source in reversed(files):
+        astray += [
+            f"{source.path.parent.name}/{source.path.name}: {key}"
+            for key, place in keys_of(source)
+            if not sets(place, owned) and at(got, place) != mark(source.path, key)
+        ]
+        if is_owner(source):
+            owned |= {place for _, place in keys_of(source)}
     assert not astray, "\n".join(astray)
     others = {place for file in files if not is_owner(file) for _, place in keys_of(file)}
     if "profile=quick" in run:
@@ -143,7 +151,7 @@ def test_a_key_acts_where_it_stands(run: list[str]) -> None:
 
 
 def test_every_file_is_selected_by_a_run() -> None:
-    seen = {source.path for run in runs() for source in sources(run)}
+    seen = {source.path for run in runs() for source in files_of(*run)}
     assert {*CONF_DIR.rglob("*.yaml")} - seen == {CONF_DIR / "bench.yaml"}, "it is for dvc.yaml"
     dvc = (CONF_DIR.parent / "dvc.yaml").read_text(encoding="utf-8")
     code = "".join(
@@ -168,7 +176,7 @@ def test_what_is_set_for_another_group_is_said(owner: str) -> None:
     for name in group_choices(owner):
         path = CONF_DIR / owner / f"{name}.yaml"
         header = path.read_text(encoding="utf-8").split("defaults:")[0].replace("\n# ", " ")
-        files = sources([f"{owner}={name}"])
+        files = files_of(f"{owner}={name}")
         others = {p for file in files if file.path != path for _, p in keys_of(file)}
         for key, _ in leaves(read(path)):
             if owner == "profile" and sets(key, others):
@@ -186,14 +194,14 @@ def test_every_key_has_a_comment() -> None:
     told = {
         place
         for run in runs()
-        for source in sources(run)
+        for source in files_of(*run)
         if not is_owner(source)
         for key, text in key_comments(source.path).items()
         if text
         for place in [f"{source.package}.{key}" if source.package else key]
     }
     bare = []
-    for source in {source for run in runs() for source in sources(run)}:
+    for source in {source for run in runs() for source in files_of(*run)}:
         prefix = f"{source.package}." if source.package else ""
         found = key_comments(source.path)
         for key, text in found.items():
