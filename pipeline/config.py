@@ -17,8 +17,8 @@ from hydra import compose as hydra_compose
 from hydra import initialize_config_dir
 from hydra._internal.defaults_list import DefaultsList
 from hydra.core.config_store import ConfigStore
-from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.global_hydra import GlobalHydra
+from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Glob, Override
 from hydra.errors import HydraException
 from hydra.types import RunMode
@@ -26,6 +26,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from baselines import SolverError, registry
+from pipeline.containers import to_dict
 from pipeline.data.files import Document, read_yaml
 from pipeline.errors import ConfigError, choices
 from pipeline.locations import CONF_DIR
@@ -179,8 +180,7 @@ def group_choices(group: str) -> list[str]:
 
 def to_yaml(config: Config) -> str:
     """Return the configuration as YAML, keys in the order of the schema."""
-    container = OmegaConf.to_container(OmegaConf.structured(config), resolve=True)
-    return OmegaConf.to_yaml(_renamed(container, {v: k for k, v in NAMES_IN_YAML.items()}))
+    return OmegaConf.to_yaml(_renamed(to_dict(config), {v: k for k, v in NAMES_IN_YAML.items()}))
 
 
 def _parse(overrides: Sequence[str]) -> list[Override]:

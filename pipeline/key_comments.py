@@ -26,7 +26,9 @@ def key_comments(path: Path) -> dict[str, str]:
     return dict(_walk(node, "", text.splitlines(), "")) if node is not None else {}
 
 
-def _walk(node: yaml.Node, prefix: str, lines: list[str], inherited: str) -> Iterator[tuple[str, str]]:
+def _walk(
+    node: yaml.Node, prefix: str, lines: list[str], inherited: str
+) -> Iterator[tuple[str, str]]:
     if isinstance(node, yaml.SequenceNode):
         for number, item in enumerate(node.value):
             yield from _walk(item, f"{prefix}{number}.", lines, inherited)

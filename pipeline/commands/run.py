@@ -12,7 +12,7 @@ from pipeline.errors import ConfigError, PipelineError, choices
 from pipeline.progress import LOGGER
 from pipeline.settings import Config
 from pipeline.solvers import is_neural
-from pipeline.stages.graph import STAGES, STEPS, Step, runs
+from pipeline.stages.graph import STEPS, Step, runs
 from pipeline.stages.running import run_stage
 
 SWEEP_FLAGS = ("-m", "--multirun")

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.config import CONF_DIR, compose, group_choices
 from pipeline.data.files import read_yaml
-from pipeline.errors import ConfigError
 from pipeline.stages.graph import STAGES, STEPS, Step
 from robots import available_robots
 

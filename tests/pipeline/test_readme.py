@@ -67,7 +67,7 @@ def test_a_command_of_make_or_dvc_is_one(words: list[str]) -> None:
 def test_the_example_in_python_runs() -> None:
     (code,) = blocks("python")
     names: dict[str, object] = {}
-    exec(compile(code, str(README), "exec"), names)  # noqa: S102
+    exec(compile(code, str(README), "exec"), names)
     assert names["solution"].found.mean() > 0.99  # type: ignore[attr-defined]
 
 

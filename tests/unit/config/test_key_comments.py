@@ -40,9 +40,7 @@ def test_each_key_has_the_comment_beside_it(tmp_path: Path) -> None:
     assert found["name"] == "a text with a hash"
     assert found["bare"] == ""
     assert found["list"] == "on the next line and the last"
-    assert {found[key] for key in ("box", "box.low", "box.high", "box.high.deep")} == {
-        "m, of both"
-    }
+    assert {found[key] for key in ("box", "box.low", "box.high", "box.high.deep")} == {"m, of both"}
     assert found["nested"] == "of the whole"
     assert found["nested.inner"] == "of one; an apostrophe opens no quote"
     assert found["nested.other"] == ""

@@ -1,8 +1,8 @@
 """Every key of every YAML acts where it stands, and says what it is.
 
-Each value under conf/ is replaced by a text that names its file and key. A run must then have just
-these texts, each at the key that its file speaks of: whatever is set twice, or by a file that is not
-read, is found.
+Each value under conf/ is replaced by a text that names its file and key. A run must then have
+just these texts, each at the key that its file speaks of: whatever is set twice, or by a file that
+is not read, is found.
 """
 
 from __future__ import annotations
@@ -231,7 +231,7 @@ def names_of_data(owner: type, path: str = "") -> Iterator[str]:
 
 
 def test_an_edit_of_a_recipe_acts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """README's `dvc exp run -S 'conf/train/compact.yaml:learning_rate=0.001'`: DVC edits the file."""
+    """README's `dvc exp run -S 'conf/train/compact.yaml:learning_rate=0.001'` edits the file."""
     folder = tmp_path / "conf"
     shutil.copytree(CONF_DIR, folder)
     path = folder / "train" / "compact.yaml"

@@ -1,4 +1,4 @@
-"""`solver.<name>.<key>`: composed, typed, swept, refused when unknown, and part of what rows are."""
+"""`solver.<name>.<key>`: composed, typed, swept, refused when unknown, and part of rows."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_settings_of_a_run_end_with_it() -> None:
 
 def test_a_budget_in_place_of_the_solvers_own_is_no_silent_one() -> None:
     run = ["evaluate.solvers=[trac_ik]", "solver.trac_ik.time_s=0.01"]
-    with pytest.raises(ConfigError, match="evaluate.time_s=0.001 is in its place"):
+    with pytest.raises(ConfigError, match=r"evaluate\.time_s=0\.001 is in its place"):
         check_budgets(compose(run))
     check_budgets(compose([*run, "evaluate.time_s=null"]))
     check_budgets(compose([*run[1:], "evaluate.solvers=[lm]"]))
@@ -131,7 +131,9 @@ def test_an_edited_file_is_read_again(tmp_path: Path, monkeypatch: pytest.Monkey
     path = tmp_path / "lm.yaml"
     path.write_text(source.read_text(encoding="utf-8"), encoding="utf-8")
     assert file_settings("lm")["patience"] == 3
-    path.write_text(source.read_text(encoding="utf-8").replace("patience: 3", "patience: 77"), "utf-8")
+    path.write_text(
+        source.read_text(encoding="utf-8").replace("patience: 3", "patience: 77"), "utf-8"
+    )
     assert file_settings("lm")["patience"] == 77
 
 

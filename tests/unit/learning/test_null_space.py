@@ -19,8 +19,8 @@ from pipeline.learning.null_space_solver import NullSpaceIk
 from pipeline.learning.objective import make_objective
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.learning.weights import chain_facts, save_weights
-from pipeline.settings import Config
 from pipeline.loading import load_solver
+from pipeline.settings import Config
 from robots import Robot, load_robot
 
 CPU = torch.device("cpu")

@@ -131,7 +131,7 @@ def test_those_of_the_own_profile_come_first_then_the_projects_and_no_others(
     assert find_weights("cycleik", robot) == shipped, "of another kind"
     own = keep(tmp_path / "quick" / "train" / "panda" / "compact", robot, "experts")
     assert find_weights("cycleik", robot) == own
-    with pytest.raises(WeightsError, match="kind flow for panda.*model=flow profile=quick"):
+    with pytest.raises(WeightsError, match=r"kind flow for panda.*model=flow profile=quick"):
         find_weights("flow", robot)
     with pytest.raises(ConfigError, match="did you mean 'quick'"):
         find_weights("cycleik", robot, profile="quik")
