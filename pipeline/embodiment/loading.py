@@ -12,7 +12,7 @@ from pipeline.embodiment.grasp_all import agents
 from pipeline.embodiment.perception import CameraPerception, make_perception
 from pipeline.embodiment.series import AgentSeries
 from pipeline.embodiment.trials import Experiment
-from pipeline.evaluation.identity import network_checksums
+from pipeline.evaluation.cache import network_checksums
 from pipeline.grasping.series import Series
 from pipeline.perception.detection import Detector
 

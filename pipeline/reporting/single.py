@@ -11,7 +11,7 @@ import pandas as pd
 
 from pipeline.data.tables import read_table
 from pipeline.errors import MissingArtifactError, PipelineError, choices
-from pipeline.evaluation.naming import solver_of_rows
+from pipeline.evaluation.rows import solver_of_rows
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.naming import NEURAL
 from pipeline.reporting.published import Published

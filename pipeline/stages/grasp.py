@@ -25,7 +25,7 @@ from pipeline.embodiment.loading import (
 )
 from pipeline.embodiment.series import AgentSeries
 from pipeline.errors import ConfigError
-from pipeline.evaluation.identity import solver_identity
+from pipeline.evaluation.cache import solver_identity
 from pipeline.grasping import ablation
 from pipeline.grasping.ablation import Study
 from pipeline.grasping.outcome import SUCCESS

@@ -11,7 +11,7 @@ from pipeline.containers import to_dict
 from pipeline.data.files import write_json
 from pipeline.data.rows import RowCheckpoint
 from pipeline.data.tables import write_table
-from pipeline.evaluation.identity import solver_identity
+from pipeline.evaluation.cache import solver_identity
 from pipeline.planning.benchmark import (
     KEY,
     benchmark,

@@ -11,7 +11,7 @@ from pipeline.containers import to_dict
 from pipeline.data.dataset import read_split
 from pipeline.data.files import replacing
 from pipeline.data.tables import write_table
-from pipeline.evaluation.identity import solver_identity
+from pipeline.evaluation.cache import solver_identity
 from pipeline.evaluation.sampling import sample_rows, sampler_of
 from pipeline.solvers import check_solvers
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
