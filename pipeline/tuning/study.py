@@ -172,7 +172,7 @@ def _one(
     study: Study,
     objective: TrialObjective,
     config: Config,
-    release: Callable[[], None],
+    release: Callable[[], object],
 ) -> None:
     """Begin a trial within the claim, release it, and run the trial to its end."""
     waiting = study.get_trials(deepcopy=False, states=(TrialState.WAITING,))
