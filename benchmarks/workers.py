@@ -1,6 +1,6 @@
 """Wall time against workers on this machine, and on paper what a hundred machines would make of it.
 
-    python benchmarks/workers.py [--workers 1 2] [--engine engine=joblib] [--only tune ...]
+    python benchmarks/workers.py [--workers 1 2] [--engine engine=ray] [--only tune ...]
                                  [--size 1.0] [--figure FOLDER]
 
 The project is to be installed (`pip install -e .`) and the machine to be left alone meanwhile. Four

@@ -20,8 +20,8 @@ from pipeline.errors import PipelineError
 from pipeline.learning.weights import WeightsError
 from pipeline.loading import find_weights
 from pipeline.locations import need_checkout, results
+from pipeline.packages import missing_parts
 from pipeline.solvers import told_path
-from pipeline.speech.available import missing_parts
 from robots import available_robots, load_robot
 from robots.locations import home
 

@@ -10,7 +10,7 @@ from pipeline.agent.transcript import write_transcript
 from pipeline.embodiment.evidence import described
 from pipeline.embodiment.perception import View
 from pipeline.embodiment.session import Event, Session
-from pipeline.speech.errors import SpeechError
+from pipeline.errors import SpeechError
 from pipeline.speech.protocol import Recogniser, Synthesiser
 
 QUIT = ("quit", "exit")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.errors import GraspError
 from pipeline.grasping.config import GraspConfig, SceneConfig
-from pipeline.grasping.errors import GraspError
 from pipeline.grasping.extent import extent
 from pipeline.grasping.grip import tip_yaw
 from pipeline.grasping.trial import Setup, required_scene, rows_of

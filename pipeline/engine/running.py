@@ -10,11 +10,11 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from typing import TypeVar
 
-from pipeline.engine.config import JOBLIB, LOCAL, RAY, SLURM, EngineConfig
+from pipeline.engine.config import LOCAL, RAY, SLURM, EngineConfig
 from pipeline.engine.cores import usable_cores
-from pipeline.engine.errors import EngineError
 from pipeline.engine.task import Call, TaskResult, threads_held
 from pipeline.engine.windowed import Jobs, in_flight
+from pipeline.errors import EngineError
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -29,7 +29,7 @@ def run_tasks(
 ) -> list[Result]:
     """Run a function on every task and return the results in the order of the tasks.
 
-    The first task that raises ends the others. A worker that dies does not: its tasks are told
+    The first task that raises ends the others. A worker that dies does not: lost tasks are reported
     when all others have ended.
 
     Args:
@@ -95,11 +95,6 @@ def try_tasks(
         with threads_held(engine.cpus):
             for number, task in enumerate(tasks):
                 yield number, plain(task)
-        return
-    if engine.name == JOBLIB:
-        from pipeline.engine.loky import loky_tasks
-
-        yield from loky_tasks(workers_of(engine), call, tasks)
         return
     yield from in_flight(_jobs(engine, title, len(tasks)), call, tasks)
 

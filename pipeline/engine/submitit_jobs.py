@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.engine.config import SLURM, EngineConfig
-from pipeline.engine.errors import EngineError
-from pipeline.engine.packages import package
 from pipeline.engine.task import Batch, Call, TaskResult, lost
+from pipeline.errors import EngineError
+from pipeline.packages import optional_package
 from pipeline.progress import hide_bars
 
 # s between looks at the jobs. On a cluster each look is a question to the file server for each job;
@@ -33,7 +33,7 @@ class SubmititJobs:
     """
 
     def __init__(self, engine: EngineConfig, title: str) -> None:
-        submitit = package("submitit", "cluster")
+        submitit = optional_package("engine=slurm", EngineError)
         self._lost = submitit.core.utils.UncompletedJobError
         self.batch = engine.tasks_per_job
         # The scheduler holds an array back by itself; processes of this machine start at once.

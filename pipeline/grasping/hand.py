@@ -18,8 +18,8 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
+from pipeline.errors import GraspError
 from pipeline.grasping.config import HandConfig
-from pipeline.grasping.errors import GraspError
 
 KINDS = ("gripper", "tendon")
 

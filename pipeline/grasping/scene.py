@@ -12,8 +12,8 @@ import pybullet
 from numpy.typing import ArrayLike, NDArray
 from pybullet_utils.bullet_client import BulletClient
 
+from pipeline.errors import GraspError
 from pipeline.grasping.config import BinConfig, ObjectConfig, PhysicsConfig, SceneConfig
-from pipeline.grasping.errors import GraspError
 from pipeline.grasping.hand import Hand
 from pipeline.grasping.idle_joints import fix_idle_joints
 from pipeline.grasping.shapes import make_bin, make_object, make_table

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.errors import GraspError
 from pipeline.grasping.arm import Arm
 from pipeline.grasping.config import GraspConfig, SceneConfig
-from pipeline.grasping.errors import GraspError
 from pipeline.grasping.grasp import Grasp
 from pipeline.grasping.grip import tip_yaw
 from pipeline.grasping.outcome import classify, measures

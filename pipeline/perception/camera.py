@@ -9,8 +9,8 @@ import numpy as np
 import pybullet
 from numpy.typing import ArrayLike, NDArray
 
+from pipeline.errors import PerceptionError
 from pipeline.perception.config import EyeConfig, PerturbationConfig
-from pipeline.perception.errors import PerceptionError
 from pipeline.perception.pinhole import Pinhole
 from robots.rotations import matrix_from_rpy
 from robots.urdf_writer import joint_motion

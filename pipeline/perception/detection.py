@@ -8,6 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.errors import PerceptionError
+
 
 @dataclass(frozen=True)
 class Detection:
@@ -51,6 +53,19 @@ class Detector(Protocol):
             PerceptionError: The picture has another shape or type.
         """
         ...
+
+
+def check_image(image: NDArray[np.uint8]) -> None:
+    """Refuse what is no image of shape (height, width, 3) of 8-bit red, green, blue.
+
+    Raises:
+        PerceptionError: It has another shape or type.
+    """
+    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+        raise PerceptionError(
+            "a detector expects an image of shape (height, width, 3) of 8-bit red, green, blue, "
+            f"got {image.dtype} {image.shape}"
+        )
 
 
 @dataclass(frozen=True)

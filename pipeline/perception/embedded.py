@@ -9,8 +9,8 @@ from PIL import Image as Pillow
 from torch import Tensor
 from torch.nn import functional
 
-from pipeline.perception.detection import Detection
-from pipeline.perception.errors import PerceptionError
+from pipeline.errors import PerceptionError
+from pipeline.perception.detection import Detection, check_image
 from pipeline.perception.network import CentreNetwork
 from pipeline.perception.training_config import STRIDE
 
@@ -56,11 +56,7 @@ def as_input(image: Image, width: int, height: int) -> Tensor:
     Raises:
         PerceptionError: The picture has another shape, type, or ratio of the sides.
     """
-    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
-        raise PerceptionError(
-            "a detector expects a picture of shape (height, width, 3) of 8-bit red, green, blue, "
-            f"got {image.dtype} {image.shape}"
-        )
+    check_image(image)
     if image.shape[0] * width != image.shape[1] * height:
         raise PerceptionError(
             f"the detector expects pictures of {width} x {height} pixels or a multiple, got "

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.errors import PerceptionError
 from pipeline.perception.camera import EyeCamera
 from pipeline.perception.config import PerceptionConfig
 from pipeline.perception.detection import Detector, Sighting
 from pipeline.perception.embedded import EmbeddedDetector
-from pipeline.perception.errors import PerceptionError
 from pipeline.perception.weights import load_centre_network, shipped_detector
 
 if TYPE_CHECKING:

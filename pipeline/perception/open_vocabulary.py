@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +10,11 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from pipeline.errors import PerceptionError
+from pipeline.packages import optional_package
 from pipeline.perception.config import OpenVocabularyConfig
-from pipeline.perception.detection import Detection
+from pipeline.perception.detection import Detection, check_image
 from pipeline.perception.embedded import SAME, overlap
-from pipeline.perception.errors import PerceptionError
 
 
 class OpenVocabularyDetector:
@@ -53,11 +53,7 @@ class OpenVocabularyDetector:
         Raises:
             PerceptionError: The picture has another shape or type.
         """
-        if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
-            raise PerceptionError(
-                "a detector expects a picture of shape (height, width, 3) of 8-bit red, green, "
-                f"blue, got {image.dtype} {image.shape}"
-            )
+        check_image(image)
         inputs = self._processor(
             text=[self._texts], images=image, return_tensors="pt", truncation=True
         )
@@ -93,13 +89,7 @@ def _load(folder: str | None) -> tuple[Any, Any]:
             f"there is no model in {folder}: expected a folder with config.json, "
             "preprocessor_config.json, a tokenizer and model.safetensors"
         )
-    try:
-        transformers = import_module("transformers")
-    except ImportError as error:
-        raise PerceptionError(
-            f"open_vocabulary needs the package transformers, which cannot be imported ({error}); "
-            "install it with: pip install 'cycleik-bench[perception]'"
-        ) from error
+    transformers = optional_package("perception.detector=open_vocabulary", PerceptionError)
     try:
         processor = transformers.AutoProcessor.from_pretrained(folder, local_files_only=True)
         model = transformers.AutoModelForZeroShotObjectDetection.from_pretrained(

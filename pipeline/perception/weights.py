@@ -12,7 +12,7 @@ from torch import Tensor
 
 import robots
 from pipeline.data.files import read_json, replacing, sha256, write_json
-from pipeline.perception.errors import PerceptionError
+from pipeline.errors import PerceptionError
 from pipeline.perception.network import CentreNetwork
 from pipeline.perception.training_config import NetworkConfig
 

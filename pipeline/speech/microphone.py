@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.errors import SpeechError
+from pipeline.packages import optional_package
 from pipeline.speech.config import MicrophoneConfig
-from pipeline.speech.errors import SpeechError
 from pipeline.speech.sound import write_sound
 
+PORT_AUDIO = " and PortAudio (Debian: apt-get install libportaudio2)"
 RATE = 16000  # Hz
 BLOCK_S = 0.1  # s of sound that are judged at once
 
@@ -29,7 +30,7 @@ def record(config: MicrophoneConfig, wav: Path) -> bool:
     Raises:
         SpeechError: The package `sounddevice`, its library or a microphone is missing.
     """
-    package = _package()
+    package = optional_package("the microphone", SpeechError, PORT_AUDIO)
     device = config.device
     heard = Utterance(config)
     try:
@@ -87,14 +88,3 @@ class Utterance:
     def samples(self) -> NDArray[np.float64]:
         """All that was heard, (N,) in [-1, 1] at `RATE`."""
         return np.concatenate(self._blocks) if self._blocks else np.zeros(0)
-
-
-def _package() -> Any:
-    try:
-        import sounddevice
-    except (ImportError, OSError) as error:
-        raise SpeechError(
-            "the microphone needs the package sounddevice (pip install 'cycleik-bench[speech]') "
-            "and PortAudio (Debian: apt-get install libportaudio2)"
-        ) from error
-    return sounddevice

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.data.files import replacing
-from pipeline.speech.errors import SpeechError
+from pipeline.errors import SpeechError
 
 LONGEST = 1000  # characters spoken at once
 TIMEOUT_S = 30.0

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 from optuna import Study
 
 from pipeline.data.dataset import read_split
-from pipeline.engine.errors import EngineError
 from pipeline.engine.running import fans_out, try_tasks, workers_of
 from pipeline.engine.task import threads_held
+from pipeline.errors import EngineError
 from pipeline.progress import LOGGER, bar
 from pipeline.tuning.objective import TrialObjective
 from pipeline.tuning.storage import STORAGE_ERRORS, Store, open_store, storage_errors_named

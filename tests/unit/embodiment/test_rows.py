@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 from pipeline.config import compose
 from pipeline.embodiment.row import ACROSS, row_setup
-from pipeline.grasping.errors import GraspError
+from pipeline.errors import GraspError
 from pipeline.grasping.extent import extent
 
 GRASP = compose(["profile=smoke"]).grasp

@@ -12,7 +12,7 @@ import pytest
 from pipeline.config import compose
 from pipeline.data.rows import RowCheckpoint
 from pipeline.embodiment.series import AgentSeries
-from pipeline.engine.errors import EngineError
+from pipeline.errors import EngineError
 from pipeline.grasping import ablation, series
 from pipeline.grasping.ablation import Study
 from pipeline.grasping.series import Series

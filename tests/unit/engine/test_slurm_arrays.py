@@ -10,8 +10,8 @@ import pytest
 from pipeline.config import compose
 from pipeline.engine import submitit_jobs
 from pipeline.engine.config import EngineConfig
-from pipeline.engine.errors import EngineError
 from pipeline.engine.running import run_tasks, try_tasks
+from pipeline.errors import EngineError
 from tests import engine_tasks
 
 pytest.importorskip("submitit", reason="submitit is not installed (extra cluster)")

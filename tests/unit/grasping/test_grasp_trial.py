@@ -4,7 +4,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from pipeline.config import compose
-from pipeline.grasping.errors import GraspError
+from pipeline.errors import GraspError
 from pipeline.grasping.grip import tip_pose, tip_yaw
 from pipeline.grasping.outcome import NOT_GRASPED, SLIPPED, SUCCESS, GraspReport, classify
 from pipeline.grasping.trial import trial_setup

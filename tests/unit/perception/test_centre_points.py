@@ -7,9 +7,9 @@ import pytest
 import torch
 
 from pipeline.config import compose
+from pipeline.errors import PerceptionError
 from pipeline.perception.detection import Detection
 from pipeline.perception.embedded import EmbeddedDetector, as_input, decode, overlap
-from pipeline.perception.errors import PerceptionError
 from pipeline.perception.network import CentreNetwork
 from pipeline.perception.studio import Label
 from pipeline.perception.targets import loss, targets_of

@@ -10,8 +10,8 @@ import pytest
 import torch
 
 from pipeline.config import compose
+from pipeline.errors import PerceptionError
 from pipeline.perception.config import PerceptionConfig
-from pipeline.perception.errors import PerceptionError
 from pipeline.perception.loading import load_detector
 from pipeline.perception.network import CentreNetwork
 from pipeline.perception.training_config import NetworkConfig

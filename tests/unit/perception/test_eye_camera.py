@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from pipeline.config import compose
+from pipeline.errors import PerceptionError
 from pipeline.perception.camera import EyeCamera, dimmed, mounted, take_picture
 from pipeline.perception.config import PerturbationConfig
-from pipeline.perception.errors import PerceptionError
 from pipeline.perception.layout import Laid
 from pipeline.perception.studio import Studio
 from robots import load_robot

@@ -13,8 +13,8 @@ import pytest
 
 from pipeline.config import compose
 from pipeline.errors import ConfigError
+from pipeline.packages import missing_parts
 from pipeline.speech import SpeechError, load_recogniser, load_synthesiser
-from pipeline.speech.available import missing_parts
 from pipeline.speech.config import MicrophoneConfig, WhisperConfig
 from pipeline.speech.microphone import BLOCK_S, RATE, Utterance
 from pipeline.speech.sound import read_sound, write_sound
@@ -218,5 +218,5 @@ def test_each_synthesiser_speaks_with_a_voice_of_its_own(kind, voice, tmp_path, 
 def test_the_doctor_knows_what_is_missing(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     assert "apt-get install flite" in missing_parts()["speech.synthesiser=flite"]
-    monkeypatch.setattr("pipeline.speech.available.find_spec", lambda name: None)
+    monkeypatch.setattr("pipeline.packages.find_spec", lambda name: None)
     assert "pip install .[agent]" in missing_parts()["agent=endpoint"]
