@@ -18,8 +18,7 @@ from pipeline.engine.config import EngineConfig
 from pipeline.evaluation.config import EvaluateConfig, SampleConfig
 from pipeline.grasping.config import GraspConfig
 from pipeline.learning.config import ModelConfig, TrainConfig
-from pipeline.perception.config import PerceptionConfig
-from pipeline.perception.training_config import DetectorConfig
+from pipeline.perception.config import DetectorConfig, PerceptionConfig
 from pipeline.planning.config import PlanConfig
 from pipeline.reporting.config import ReportConfig
 from pipeline.speech.config import SpeechConfig

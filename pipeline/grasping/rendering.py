@@ -8,7 +8,7 @@ import numpy as np
 import pybullet
 from numpy.typing import ArrayLike, NDArray
 
-from pipeline.grasping.camera_config import CameraConfig, VideoConfig
+from pipeline.grasping.config import CameraConfig, VideoConfig
 
 Frame = NDArray[np.uint8]
 FIELD_OF_VIEW = 45.0  # deg

@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from pipeline.data.files import replacing
-from pipeline.grasping.camera_config import VideoConfig
+from pipeline.grasping.config import VideoConfig
 from pipeline.grasping.rendering import Frame, frame_width, render
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from torch import Tensor
 from torch.nn import functional
 
 from pipeline.errors import PerceptionError
+from pipeline.perception.config import STRIDE
 from pipeline.perception.detection import Detection, check_image
 from pipeline.perception.network import CentreNetwork
-from pipeline.perception.training_config import STRIDE
 
 Image = NDArray[np.uint8]
 MOST = 40  # detections of one picture

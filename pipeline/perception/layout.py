@@ -11,9 +11,8 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from pipeline.grasping.config import ObjectConfig, SceneConfig
-from pipeline.perception.config import EyeConfig
+from pipeline.perception.config import DomainConfig, EyeConfig
 from pipeline.perception.pinhole import Pinhole
-from pipeline.perception.training_config import DomainConfig
 from robots.rotations import matrix_from_axis_angle
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from torch import Tensor, nn
 from torch.nn import functional
 
-from pipeline.perception.training_config import NetworkConfig
+from pipeline.perception.config import NetworkConfig
 
 REGRESSED = 6  # du, dv of the centroid, then left, top, right, bottom from the centroid to the box
 

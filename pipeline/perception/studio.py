@@ -14,7 +14,7 @@ from pipeline.grasping.scene import Scene
 from pipeline.grasping.shapes import make_object
 from pipeline.grasping.trial import required_scene
 from pipeline.perception.camera import body_and_link, mounted, take_picture
-from pipeline.perception.config import EyeConfig
+from pipeline.perception.config import DomainConfig, EyeConfig
 from pipeline.perception.distractors import lay_distractors
 from pipeline.perception.layout import (
     Laid,
@@ -27,7 +27,6 @@ from pipeline.perception.layout import (
 )
 from pipeline.perception.pinhole import Pinhole
 from pipeline.perception.textures import pattern
-from pipeline.perception.training_config import DomainConfig
 
 if TYPE_CHECKING:
     from robots import Robot

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
+from pipeline.perception.config import STRIDE
 from pipeline.perception.network import REGRESSED
 from pipeline.perception.studio import Label
-from pipeline.perception.training_config import STRIDE
 
 Array = NDArray[np.float32]
 AROUND = (-1, 0, 1)  # cells about the centre that must know the offsets too

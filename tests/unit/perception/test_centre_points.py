@@ -8,13 +8,13 @@ import torch
 
 from pipeline.config import compose
 from pipeline.errors import PerceptionError
+from pipeline.perception.config import AugmentConfig
 from pipeline.perception.detection import Detection
 from pipeline.perception.embedded import EmbeddedDetector, as_input, decode, overlap
 from pipeline.perception.network import CentreNetwork
 from pipeline.perception.studio import Label
 from pipeline.perception.targets import loss, targets_of
 from pipeline.perception.training import SWAPPED, augmented
-from pipeline.perception.training_config import AugmentConfig
 
 NAMES, SIZE, SCALE = ("pear", "orange"), (320, 240), 0.5  # labels of pictures twice as large
 CONFIG = compose().detector

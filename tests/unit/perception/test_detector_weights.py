@@ -11,10 +11,9 @@ import torch
 
 from pipeline.config import compose
 from pipeline.errors import PerceptionError
-from pipeline.perception.config import PerceptionConfig
+from pipeline.perception.config import NetworkConfig, PerceptionConfig
 from pipeline.perception.loading import load_detector
 from pipeline.perception.network import CentreNetwork
-from pipeline.perception.training_config import NetworkConfig
 from pipeline.perception.weights import CARD, WEIGHTS, halved, load_centre_network, save_detector
 from robots import load_robot
 

@@ -10,11 +10,11 @@ import pytest
 
 from pipeline.config import compose
 from pipeline.perception.camera import mounted
+from pipeline.perception.config import TEXTURES
 from pipeline.perception.layout import Laid, footprint, lay_out, lit, moved
 from pipeline.perception.pictures import Chunk, labels_path, render_chunk, render_pictures
 from pipeline.perception.studio import Studio
 from pipeline.perception.textures import pattern
-from pipeline.perception.training_config import TEXTURES
 
 CONFIG = compose(["perception=camera"])
 EYE, DETECTOR = CONFIG.perception.eye, CONFIG.detector
