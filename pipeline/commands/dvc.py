@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from pipeline.closure import source_tree
+from pipeline.commands.arguments import command_parser
 from pipeline.config import compose, group_choices
 from pipeline.data.files import write_text
 from pipeline.errors import ConfigError, PipelineError, choices
@@ -12,16 +13,13 @@ from pipeline.locations import CONF_DIR, need_checkout
 from pipeline.stages.code_files import FOLDER, write_code_files
 from pipeline.stages.dvc_file import dvc_yaml
 
-HELP_FLAGS = ("-h", "--help")
-DVC_HELP = """\
-python -m pipeline dvc [profile=smoke]
+DVC = """\
+dvc [profile=smoke]
 
 Writes dvc.yaml from the graph of stages (pipeline/stages/graph.py). With profile=NAME it puts the
 profile and its network into conf/bench.yaml first, as `make reproduce PROFILE=NAME` does.
 """
-CODE_HELP = f"""\
-python -m pipeline code
-
+CODE = f"""\
 Writes {FOLDER}/<step>.json: the modules that each step of the graph runs, with a digest of each
 that comments do not change. DVC runs it first and reruns the steps whose file has changed.
 """
@@ -29,11 +27,9 @@ that comments do not change. DVC runs it first and reruns the steps whose file h
 
 def dvc(arguments: list[str]) -> int:
     """Write dvc.yaml, and the scale of the run where one is given."""
-    if any(flag in arguments for flag in HELP_FLAGS):
-        print(DVC_HELP, end="")
-        return 0
+    overrides = command_parser("dvc", DVC).takes_overrides().parse(arguments).overrides
     path = need_checkout("dvc.yaml") / "dvc.yaml"
-    for argument in arguments:
+    for argument in overrides:
         key, _, value = argument.partition("=")
         if key != "profile":
             raise PipelineError(f"dvc takes profile=NAME, got {argument}")
@@ -62,10 +58,6 @@ def set_profile(profile: str) -> None:
 
 def code(arguments: list[str]) -> int:
     """Write what code each step depends on."""
-    if any(flag in arguments for flag in HELP_FLAGS):
-        print(CODE_HELP, end="")
-        return 0
-    if arguments:
-        raise PipelineError(f"`code` takes no arguments, got {' '.join(arguments)}")
+    command_parser("code", CODE).parse(arguments)
     write_code_files(source_tree(), need_checkout("code for DVC") / FOLDER)
     return 0

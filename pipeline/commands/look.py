@@ -15,8 +15,8 @@ import baselines
 from baselines import SkippedSolver
 from baselines.registry import settings
 from pipeline import provenance
+from pipeline.commands.arguments import command_parser
 from pipeline.config import bench_lists
-from pipeline.errors import PipelineError
 from pipeline.learning.weights import WeightsError
 from pipeline.loading import find_weights
 from pipeline.locations import need_checkout, results
@@ -25,22 +25,13 @@ from pipeline.solvers import told_path
 from robots import available_robots, load_robot
 from robots.locations import home
 
-HELP_FLAGS = ("-h", "--help")
-ADD_USAGE = "python -m pipeline robot add my.urdf --base BASE --tip TIP [--name NAME]"
-PICTURE_USAGE = "python -m pipeline robot picture NAME"
-
 
 def _plain(command: Callable[[], int]) -> Callable[[list[str]], int]:
     """Make a command of a function that takes no arguments; it explains itself on --help."""
 
     @functools.wraps(command)
     def run(arguments: list[str]) -> int:
-        name = command.__name__
-        if any(flag in arguments for flag in HELP_FLAGS):
-            print(f"python -m pipeline {name}\n\n{inspect.getdoc(command)}")
-            return 0
-        if arguments:
-            raise PipelineError(f"`{name}` takes no arguments, got {' '.join(arguments)}")
+        command_parser(command.__name__, inspect.getdoc(command) or "").parse(arguments)
         return command()
 
     return run
@@ -112,44 +103,25 @@ def _weights_of(name: str) -> str:
 
 def robot(arguments: list[str]) -> int:
     """Bring a robot of one's own with `robot add`, or draw one anew with `robot picture`."""
-    action, rest = arguments[:1], arguments[1:]
-    if action in ([], ["-h"], ["--help"]):
-        print(f"{ADD_USAGE}\n{PICTURE_USAGE}")
-        return 0
-    if action == ["add"]:
-        return _add_robot(rest)
-    if action == ["picture"]:
-        return _draw_robot(rest)
-    raise PipelineError(f"usage: {ADD_USAGE}, or {PICTURE_USAGE}")
+    parser = command_parser("robot", inspect.getdoc(robot) or "")
+    actions = parser.add_subparsers(dest="action", metavar="action", required=True)
+    add = actions.add_parser("add", help="make a robot of a URDF")
+    add.add_argument("urdf", metavar="FILE", help="the URDF; it is copied with its meshes")
+    add.add_argument("--base", required=True, help="link that poses are relative to")
+    add.add_argument("--tip", required=True, help="link that is brought to a pose")
+    add.add_argument("--name", help="of the robot, and of its folder; the URDF's where left out")
+    picture = actions.add_parser("picture", help="draw a robot anew")
+    picture.add_argument("name", metavar="NAME", help="of the robot")
+    options = parser.parse_args(arguments)
+    if options.action == "add":
+        need_checkout("a robot of one's own (robots/<name>/ and conf/robot/<name>.yaml)")
+        from robots.add import add_robot
 
+        print(add_robot(options.urdf, options.base, options.tip, name=options.name))
+    else:
+        from robots.picture import write_picture
 
-def _add_robot(arguments: list[str]) -> int:
-    if not arguments:
-        raise PipelineError(f"usage: {ADD_USAGE}")
-    options: dict[str, str] = {}
-    rest = arguments[1:]
-    while rest:
-        key = rest[0].removeprefix("--")
-        if key not in ("base", "tip", "name") or len(rest) < 2:
-            raise PipelineError(f"'{rest[0]}' is not understood; usage: {ADD_USAGE}")
-        options[key] = rest[1]
-        rest = rest[2:]
-    if missing := {"base", "tip"} - options.keys():
-        raise PipelineError(f"--{' and --'.join(sorted(missing))} is missing; usage: {ADD_USAGE}")
-    need_checkout("a robot of one's own (robots/<name>/ and conf/robot/<name>.yaml)")
-    from robots.add import add_robot
-
-    print(add_robot(arguments[0], options["base"], options["tip"], name=options.get("name")))
-    return 0
-
-
-def _draw_robot(arguments: list[str]) -> int:
-    if len(arguments) != 1:
-        raise PipelineError(f"usage: {PICTURE_USAGE}")
-    robot = load_robot(arguments[0])
-    from robots.picture import write_picture
-
-    print(write_picture(robot))
+        print(write_picture(load_robot(options.name)))
     return 0
 
 

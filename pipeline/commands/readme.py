@@ -6,6 +6,7 @@ import re
 import shutil
 from pathlib import Path
 
+from pipeline.commands.arguments import command_parser
 from pipeline.config import bench_lists
 from pipeline.data.files import replacing, write_text
 from pipeline.errors import MissingArtifactError
@@ -33,13 +34,13 @@ BLOCK = re.compile(r"(<!-- table: [^>]*-->\n).*?(<!-- end of table -->)", re.DOT
 
 def readme(arguments: list[str]) -> int:
     """Copy pictures to results/readme/ and renew the table between its marks in README.md."""
-    if arguments[:1] in (["-h"], ["--help"]):
-        print("python -m pipeline readme [ROBOT]: renew README.md from the default profile's run")
-        return 0
+    parser = command_parser("readme", "Renew README.md from the run of the default profile.")
+    parser.add_argument("robot", nargs="?", metavar="ROBOT", help="whose grasp is shown")
+    options = parser.parse(arguments)
     bench = bench_lists()
     root = need_checkout("README.md")
     folder = root / "results" / bench["profile"]
-    robot = arguments[0] if arguments else bench["grasp_robots"][0]
+    robot = options.robot or bench["grasp_robots"][0]
     for name, pattern in PICTURES.items():
         source = _first(folder, pattern.format(robot=robot))
         with replacing(root / "results" / "readme" / name) as partial:

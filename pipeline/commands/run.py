@@ -5,21 +5,20 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from pipeline.commands.arguments import command_parser
 from pipeline.commands.stage_help import stage_help
 from pipeline.config import bench_lists, compose, group_choices, sweep, to_yaml
 from pipeline.data.files import write_text
-from pipeline.errors import ConfigError, PipelineError, choices
+from pipeline.errors import ConfigError, choices
 from pipeline.progress import LOGGER
 from pipeline.settings import Config
 from pipeline.solvers import is_neural
 from pipeline.stages.graph import STEPS, Step, runs
 from pipeline.stages.running import run_stage
 
-SWEEP_FLAGS = ("-m", "--multirun")
-HELP_FLAGS = ("-h", "--help")
 SOLVERS = "evaluate.solvers"
-HELP = """\
-python -m pipeline all [robots=[panda,nico]] [profile=smoke] [key=value ...]
+DESCRIPTION = """\
+all [robots=[panda,nico]] [profile=smoke] [key=value ...]
 
 Runs what `make reproduce` runs, without DVC: every step of the graph for each robot, then the
 report. robots, numerical and the other lists are those of conf/bench.yaml where left out.
@@ -28,12 +27,15 @@ report. robots, numerical and the other lists are those of conf/bench.yaml where
 
 def stage(name: str, arguments: list[str]) -> int:
     """Run one stage, or with ``-m`` one run for each combination of the values given."""
-    if any(flag in arguments for flag in HELP_FLAGS):
-        print(stage_help(name, [item for item in arguments if not item.startswith("-")]))
+    parser = command_parser(name, "", add_help=False)
+    parser.add_argument("-h", "--help", action="store_true")
+    parser.add_argument("-m", "--multirun", action="store_true")
+    given = parser.takes_overrides().parse(arguments)
+    overrides = given.overrides
+    if given.help:
+        print(stage_help(name, overrides))
         return 0
-    overrides = [argument for argument in arguments if argument not in SWEEP_FLAGS]
-    _refuse_flags(overrides)
-    if len(overrides) == len(arguments):
+    if not given.multirun:
         _run(name, compose(overrides))
         return 0
     runs = sweep(overrides)
@@ -50,11 +52,8 @@ def stage(name: str, arguments: list[str]) -> int:
 
 def everything(arguments: list[str]) -> int:
     """Run every step of the graph for each robot of ``robots=[...]`` (conf/bench.yaml else)."""
-    if any(flag in arguments for flag in HELP_FLAGS):
-        print(HELP, end="")
-        return 0
-    _refuse_flags(arguments)
-    lists, overrides = _lists(arguments)
+    given = command_parser("all", DESCRIPTION).takes_overrides().parse(arguments)
+    lists, overrides = _lists(given.overrides)
     compose(overrides)  # a typo stops before the first stage
     for step, axes in runs(lists):
         _run(step.stage, compose(_overrides(step, axes, overrides)))
@@ -112,16 +111,10 @@ def run_name(overrides: list[str], with_profile: bool = False) -> str:
     both.
     """
     silent = ("results_dir=",) if with_profile else ("results_dir=", "profile=")
-    told = [item for item in overrides if not item.startswith(silent)]
-    return re.sub(r"[^\w=.,+-]", "_", ",".join(told)) or "default"
+    shown = [item for item in overrides if not item.startswith(silent)]
+    return re.sub(r"[^\w=.,+-]", "_", ",".join(shown)) or "default"
 
 
 def _run(name: str, config: Config) -> None:
     for path in run_stage(name, config):
         print(path)
-
-
-def _refuse_flags(arguments: list[str]) -> None:
-    for argument in arguments:
-        if argument.startswith("-"):
-            raise PipelineError(f"there is no option {argument}; overrides read key=value")

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.__main__ import main
+from pipeline.commands import COMMANDS
 from pipeline.commands.run import run_name
 from pipeline.stages.graph import STAGES
 
@@ -62,13 +63,16 @@ def test_robots_solvers_and_doctor(capsys: pytest.CaptureFixture[str]) -> None:
         (["train", "robot=pandaa"], "did you mean 'panda'"),
         (["train", "train.learning_rat=1"], "did you mean 'learning_rate'"),
         (["train", "train.batch_size=-1"], "greater than 0"),
-        (["train", "--fast"], "no option --fast"),
+        (["train", "--fast"], "no option '--fast'"),
         (["evaluate", "evaluate.solvers=[placco]", "profile=smoke"], "did you mean 'placo'"),
         (["grasp", "robot=valkyrie", "profile=smoke"], "no grasp scene"),
-        (["compare", "a"], "two results folders"),
-        (["compare", "nowhere", "nowhere"], "no folder nowhere"),
-        (["robot", "add", "x.urdf"], "--base and --tip"),
-        (["robots", "all"], "takes no arguments"),
+        (["compare", "tests"], "required: B"),
+        (["compare", "nowhere", "nowhere"], "there is no folder nowhere"),
+        (["robot", "add", "x.urdf"], "required: --base, --tip"),
+        (["robots", "all"], "unexpected argument 'all'"),
+        (["robot", "ad"], "did you mean 'add'"),
+        (["table", "tabel2"], "did you mean 'table2'"),
+        (["chat", "--robto=nico"], "no option '--robto=nico'"),
         (["train", "robot=panda", "profile=smoke", "train.from=best"], "pipeline tune"),
         (["all", "robots=[pandaa]"], "did you mean 'panda'"),
     ],
@@ -127,14 +131,23 @@ def test_a_run_is_named_after_its_profile_where_profiles_are_swept() -> None:
     assert run_name(overrides, with_profile=True) == "profile=smoke,seed=1"
 
 
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself(capsys: pytest.CaptureFixture[str], command: str) -> None:
+    status, out, _ = told(capsys, command, "--help")
+    assert status == 0
+    assert f"python -m pipeline {command}" in out
+    assert command in told(capsys)[1]
+
+
 @pytest.mark.parametrize("command", ["robots", "solvers", "doctor", "paths"])
 def test_a_command_without_arguments_explains_itself_and_does_not_run(
     capsys: pytest.CaptureFixture[str], command: str
 ) -> None:
     status, out, _ = told(capsys, command, "--help")
     assert status == 0
-    assert out.startswith(f"python -m pipeline {command}\n")
-    assert len(out.splitlines()) == 3
+    assert out.startswith(f"usage: python -m pipeline {command} ")
+    assert "key=value" not in out
+    assert len(out.splitlines()) == 6
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ def test_every_job_runs_once_and_a_failure_stops_no_other(tmp_path):
     ("argument", "words"),
     [
         ("robot=panda", "takes robots="),
-        ("--fast", "takes robots="),
+        ("--fast", "no option '--fast'"),
         ("processes=0", "whole number from 1"),
         ("numerical=[placco]", "did you mean 'placo'"),
         ("robots=[pandaa]", "did you mean 'panda'"),
