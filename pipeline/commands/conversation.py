@@ -5,9 +5,9 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from pathlib import Path
 
+from pipeline.agent.loading import load_agent
 from pipeline.embodiment.body import Body
 from pipeline.embodiment.chat import Chat
-from pipeline.embodiment.grasp_all import agents
 from pipeline.embodiment.perception import make_perception
 from pipeline.embodiment.row import row_setup
 from pipeline.embodiment.scene_objects import SceneObjects
@@ -46,7 +46,7 @@ def converse(config: Config, robot: Robot) -> None:
     repair = solver_of(grasp.repair, robot, config) if grasp.repair else None
     detector = detector_of(robot, config) if config.perception.source == "camera" else None
     perception = make_perception(config.perception, grasp, robot, detector)
-    agent = agents(config.agent, robot.name)()
+    agent = load_agent(config.agent, robot.name)
     with Scene(robot, scene_config, grasp.physics, grasp.gui) as scene:
         objects = SceneObjects(scene, grasp, row_setup(grasp, robot.name, 0, config.seed))
         scene.wait(grasp.physics.settle_s)

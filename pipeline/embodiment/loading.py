@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.agent.endpoint import resolved
+from pipeline.agent.loading import agent_factory
 from pipeline.containers import to_dict
-from pipeline.embodiment.grasp_all import agents
 from pipeline.embodiment.perception import CameraPerception, make_perception
 from pipeline.embodiment.series import AgentSeries
 from pipeline.embodiment.trials import Experiment
@@ -51,7 +51,7 @@ def load_agent_series(
     experiment = Experiment(
         series=series,
         perception=perception,
-        agent=agents(config.agent, series.robot.name),
+        agent=agent_factory(config.agent, series.robot.name),
         facts={"perception": config.perception.source, "agent": config.agent.kind},
         folder=folder / EVIDENCE,
         distractors=config.perception.perturbation.distractors,

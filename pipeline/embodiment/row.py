@@ -6,8 +6,8 @@ import numpy as np
 
 from pipeline.errors import GraspError
 from pipeline.grasping.config import GraspConfig, SceneConfig
-from pipeline.grasping.extent import extent
 from pipeline.grasping.grip import tip_yaw
+from pipeline.grasping.shapes import extent
 from pipeline.grasping.trial import Setup, required_scene, rows_of
 from pipeline.seeding import derive_seed
 

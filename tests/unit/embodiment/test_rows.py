@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from pipeline.config import compose
 from pipeline.embodiment.row import ACROSS, row_setup
 from pipeline.errors import GraspError
-from pipeline.grasping.extent import extent
+from pipeline.grasping.shapes import extent
 
 GRASP = compose(["profile=smoke"]).grasp
 
