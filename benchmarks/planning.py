@@ -4,7 +4,7 @@
 
 Straight paths between random collision-free configurations, both ends given as poses. Median times
 are those of plans whose path stays in reach, path, query, repair and any other curve included;
-`busy` is the processor time of the planning thread, for machines that have other things to do.
+`busy` is the processor time of the planning thread, for machines that have other work to do.
 Limits stand in the header: below 5 ms, at least 99 % without a flip, below 1 mm.
 """
 

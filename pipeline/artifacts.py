@@ -60,7 +60,7 @@ class Artifacts:
         return self.root / "plan" / robot
 
     def detector(self, robot: str) -> Path:
-        """Folder of the trained detector of a robot's things."""
+        """Folder of the trained detector of a robot's objects."""
         return self.root / "detector" / robot
 
     def grasp(self, robot: str) -> Path:
@@ -68,7 +68,7 @@ class Artifacts:
         return self.root / "grasp" / robot
 
     def grasp_agent(self, robot: str, setting: str) -> Path:
-        """Folder of the trials of a robot that sees or is spoken to, such as camera-policy."""
+        """Folder of the trials of a robot with a camera or an agent, such as camera-policy."""
         return self.root / "grasp_agent" / robot / setting
 
     def chat(self, robot: str) -> Path:

@@ -80,8 +80,8 @@ class VocabularyConfig:
     def __post_init__(self) -> None:
         """Refuse words for what there is not."""
         for key, meanings in MEANINGS.items():
-            told = getattr(self, key)
-            for meaning in told if isinstance(told, dict) else ():
+            phrases = getattr(self, key)
+            for meaning in phrases if isinstance(phrases, dict) else ():
                 one_of(f"agent.vocabulary.{key}", meaning, meanings)
 
 

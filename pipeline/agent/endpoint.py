@@ -125,9 +125,9 @@ class Endpoint:
 
 
 def resolved(config: EndpointConfig) -> EndpointConfig:
-    """Return the settings with the model and the address that the environment tells.
+    """Return the settings with the model and the address that the environment sets.
 
-    Rows depend on these two as well, wherever they were told.
+    Rows depend on these two as well, wherever they are set.
     """
     model = config.model or os.environ.get("OPENAI_MODEL")
     return replace(

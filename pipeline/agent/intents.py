@@ -42,7 +42,7 @@ class Understanding:
     floating: list[str] = field(default_factory=list)
 
 
-def spoken(name: str) -> str:
+def as_words(name: str) -> str:
     """Return a name as it is said."""
     return name.replace("_", " ")
 

@@ -52,7 +52,7 @@ def seen_at(name: str, x: float, y: float, score: float, middle: float = 0.05) -
 
 
 def labelled(sightings: Iterable[Seen]) -> dict[str, Seen]:
-    """Return what is seen by labels that are safe in a prompt and differ from each other.
+    """Return what is in view under labels that are safe in a prompt and differ from each other.
 
     Of several sightings of one name the most certain counts: an action names a class.
     """

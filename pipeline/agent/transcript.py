@@ -30,7 +30,7 @@ class Transcript:
         Args:
             role: system, user, assistant or body.
             text: What was said; a reply as the model gave it.
-            actions: What it asked for.
+            actions: What it requests.
             problem: Reason code and sentence, or nothing.
         """
         self.entries.append(

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pipeline.agent.action import OF_OBJECTS
-from pipeline.agent.intents import ORDERS, Intent, Understanding, article, pick, spoken
+from pipeline.agent.intents import ORDERS, Intent, Understanding, article, as_words, pick
 from pipeline.agent.lexicon import STOP, Lexicon, Token, is_noun, token_at
 from pipeline.agent.scene_text import Seen
 
@@ -33,7 +33,7 @@ class Reader:
             lexicon: Meanings of words.
             seen: What is in view; names are labels.
             groups: Words for several objects, and their names.
-            last: The object that was spoken of before, which "it" means.
+            last: The object that was mentioned before, which "it" means.
         """
         self._lexicon, self._groups = lexicon, groups
         self._seen = {each.name: each for each in seen}
@@ -58,7 +58,7 @@ class Reader:
         self._end_verb()
         if not self.found.intents and not self.found.remarks:
             for name in self.found.floating[:1]:
-                self.found.remarks.append(f"What shall I do with the {spoken(name)}?")
+                self.found.remarks.append(f"What shall I do with the {as_words(name)}?")
         return self.found
 
     def _take(self, token: Token, before: Token | None, rest: Sequence[Token]) -> int:

@@ -12,8 +12,8 @@ from pipeline.errors import PipelineError
 DESCRIPTION = """\
 chat robot=nicol [agent=policy|endpoint] [perception=camera|perfect] [key=value ...]
 
-A robot stands at its table with all things of its set on a row. Type what it is to do, the name of
-a WAV file with a spoken instruction, or `listen` for the microphone; `quit` ends. It answers with
+A robot stands at its table with all objects of its set on a row. Type what it is to do, the name of
+a WAV file with a recorded instruction, or `listen` for the microphone; `quit` ends. It answers with
 what it says and does, and a transcript is kept in chat/<robot> of the results folder. Headless
 unless grasp.gui=true; another seed= lays another row.
 """
@@ -31,7 +31,7 @@ def chat(arguments: list[str]) -> int:
         if any(override.startswith("perception=") for override in overrides):
             raise PipelineError(f"robot '{robot.name}' has no camera: choose perception=perfect")
         config = replace(config, perception=replace(config.perception, source="perfect"))
-        print(f"{robot.name} has no camera: the simulator tells it what lies where.")
+        print(f"{robot.name} has no camera: the simulator gives it the places of the objects.")
     converse(config, robot)
     return 0
 

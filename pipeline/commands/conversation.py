@@ -33,7 +33,7 @@ def converse(config: Config, robot: Robot) -> None:
 
     Args:
         config: Scene, senses, agent and speech.
-        robot: Who is spoken to.
+        robot: The robot of the conversation.
 
     Raises:
         PipelineError: The robot has no scene, or its detector or its agent is missing.

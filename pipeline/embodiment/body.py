@@ -65,7 +65,7 @@ class Body:
 
 
 def grip_point(config: GraspConfig, scene: Scene, place: Array, name: str) -> Array:
-    """The point to grasp a thing around: its centre, or higher where the hand goes less deep."""
+    """The point to grasp an object around: its centre, or higher where the hand goes less deep."""
     point = place.copy()
     top = point[2] + 0.5 * config.objects[name].height
     point[2] = max(point[2], top - scene.config.grip.depth)

@@ -27,9 +27,9 @@ def draw_view(
 
     Args:
         view: The look.
-        perception: What looked; its camera knows where things would be in the picture.
+        perception: The source of the view; its camera projects places into the image.
         names: What the trial was about: boxes of these names are red, others blue.
-        true: Where things really lay, base frame [m], shape (N, 3): green crosses.
+        true: Where objects really lay, base frame [m], shape (N, 3): green crosses.
 
     Returns:
         The picture, None where none was taken.

@@ -23,7 +23,7 @@ EVIDENCE = "evidence"  # folder of transcripts and pictures beside the rows
 
 
 def is_embodied(config: Config) -> bool:
-    """Whether a run's trials are those with a camera or an agent: all things on a row."""
+    """Whether a run's trials are those with a camera or an agent: all objects on a row."""
     return config.perception.source != "perfect" or config.agent.kind != "none"
 
 
@@ -41,7 +41,7 @@ def load_agent_series(
         config: Perception, agent, and the protocol of the trials.
         series: Robot, solvers and seed.
         folder: Where the raw rows go; evidence is kept beside them.
-        detector: Finds things in pictures; None where the simulator tells what lies where.
+        detector: Finds objects in pictures; None where the simulator gives their places.
 
     Raises:
         PerceptionError: The robot has no camera.

@@ -32,7 +32,7 @@ class AgentSeries:
     ) -> pd.DataFrame:
         """Run the rows whose trials are not yet kept, and return one raw row a trial.
 
-        The last row may have more things than trials are wanted: it is run whole, and the raw rows
+        The last row may have more objects than trials are wanted: it is run whole, and the raw rows
         beyond the wanted number are left out.
 
         Args:

@@ -16,8 +16,8 @@ from pipeline.errors import EngineError
 from pipeline.packages import optional_package
 from pipeline.progress import hide_bars
 
-# s between looks at the jobs. On a cluster each look is a question to the file server for each job;
-# the scheduler itself is asked far less often by submitit.
+# s between looks at the jobs. On a cluster each look is a query to the file server for each job;
+# submitit queries the scheduler itself far less often.
 POLL_S, CLUSTER_POLL_S = 0.5, 5.0
 
 

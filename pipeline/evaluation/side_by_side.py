@@ -64,8 +64,8 @@ def run_jobs(
     """Run all jobs, pinned ones as many at a time as the engine takes, the others after them.
 
     Those that are not pinned run one at a time on one machine: nothing may run beside them. A job
-    that fails is told and does not stop the others. What a killed job had measured is kept by the
-    stage itself.
+    that fails is reported and does not stop the others. What a killed job had measured is kept by
+    the stage itself.
 
     Args:
         jobs: In the order of work.
@@ -93,7 +93,7 @@ def run_jobs(
             for number, outcome in outcomes:
                 ended += 1
                 what = f"{ended} of {len(jobs)}: {chosen[number]}"
-                if not _tell(what, outcome, runs[number].log):
+                if not _report(what, outcome, runs[number].log):
                     failed.append(chosen[number])
     return failed
 
@@ -131,8 +131,8 @@ def run_apart(run: EvaluationRun) -> tuple[int, float]:
         return status, time.monotonic() - began
 
 
-def _tell(what: str, outcome: TaskResult[tuple[int, float]], log: Path) -> bool:
-    """Say how a job ended and return whether it went well."""
+def _report(what: str, outcome: TaskResult[tuple[int, float]], log: Path) -> bool:
+    """Report how a job ended and return whether it succeeded."""
     status, seconds = outcome.value or (None, 0.0)
     if status == 0:
         LOGGER.info("%s done in %.0f s", what, seconds)

@@ -168,10 +168,10 @@ class Arm:
 
 
 def first_in_reach(candidates: Iterable[Reach], tolerance: float, what: str) -> Reach:
-    """Return the first of several ways that is in reach; later ones are not even tried.
+    """Return the first of several candidates that is in reach; later ones are not computed.
 
     Args:
-        candidates: The best of each, tried as they are asked for.
+        candidates: The best of each distance or direction, computed lazily.
         tolerance: Largest tip error [m].
         what: What is to be reached for, as the failure calls it.
 

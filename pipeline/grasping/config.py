@@ -55,7 +55,7 @@ class PartConfig:
 
 @dataclass
 class ObjectConfig:
-    """A thing to grasp, built from primitives."""
+    """An object to grasp, built from primitives."""
 
     mass: float = MISSING  # kg
     friction: float = MISSING
@@ -68,7 +68,7 @@ class ObjectConfig:
     parts: list[PartConfig] = MISSING
 
     def __post_init__(self) -> None:
-        """Refuse things without mass or size."""
+        """Refuse objects without mass or size."""
         positive("grasp.objects: mass", self.mass)
         positive("grasp.objects: height", self.height)
         at_least("grasp.objects: friction", self.friction, 0)
@@ -166,7 +166,7 @@ class HandConfig:
 
 @dataclass
 class PushConfig:
-    """How the closed hand pushes a thing over the table."""
+    """How the closed hand pushes an object over the table."""
 
     stand_off: float = MISSING  # m
     distance: float = MISSING  # m
@@ -189,7 +189,7 @@ class PushConfig:
 
 @dataclass
 class PointConfig:
-    """How the hand points at a thing."""
+    """How the hand points at an object."""
 
     distances: list[float] = MISSING  # m
     yaws: list[float] = MISSING  # deg
@@ -283,7 +283,7 @@ class VideoConfig:
 
 @dataclass
 class ProtocolConfig:
-    """Rows of things, the sentence that starts them, and what counts as seen."""
+    """Rows of objects, the sentence that starts them, and what counts as seen."""
 
     sentence: str = MISSING
     gap: float = MISSING  # m

@@ -5,7 +5,7 @@ with the torque T times its pulley's radius. A joint that is blocked saturates a
 the others go on closing, so the finger wraps around what it meets.
 
 The segments of a finger weigh a few grams, and bodies that light under such a torque are thrown
-through joint limits and things within one step. What keeps a real finger from that is the inertia
+through joint limits and objects within one step. What keeps a real finger from that is the inertia
 of its drive, seen through the gear; it is added to every segment as `drive_inertia`.
 """
 

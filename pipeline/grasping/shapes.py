@@ -18,11 +18,11 @@ BIN_COLOUR = (0.35, 0.45, 0.60, 1.0)
 def make_object(
     client: Any, obj: ObjectConfig, position: ArrayLike, yaw: float, surface: float
 ) -> int:
-    """Lay a thing on a surface.
+    """Lay an object on a surface.
 
     Args:
         client: PyBullet client.
-        obj: Parts, mass and contact of the thing.
+        obj: Parts, mass and contact of the object.
         position: x and y of its centre, base frame [m].
         yaw: Rotation about the vertical [rad].
         surface: Height of the surface, base frame [m].
@@ -137,15 +137,15 @@ def _kind(shape: str) -> int:
 
 
 def extent(obj: ObjectConfig, yaw: float, direction: ArrayLike) -> tuple[float, float]:
-    """Least and largest coordinate of a thing along a direction, from its centre.
+    """Least and largest coordinate of an object along a direction, from its centre.
 
     Args:
-        obj: Parts of the thing.
+        obj: Parts of the object.
         yaw: Its rotation about the vertical [rad].
         direction: Unit vector, base frame, shape (3,).
 
     Returns:
-        From and to [m]; the first is negative where the thing surrounds its centre.
+        From and to [m]; the first is negative where the object surrounds its centre.
     """
     axis = Rotation.from_euler("z", yaw).inv().apply(np.asarray(direction, dtype=np.float64))
     ends = []

@@ -1,1 +1,1 @@
-"""What a robot sees: eye cameras, detectors, and the places of things on the table."""
+"""What a robot sees: eye cameras, detectors, and the places of objects on the table."""

@@ -26,7 +26,7 @@ class EyeCamera:
     """The eye of a robot.
 
     What it projects with is what the robot believes; the perturbation moves the camera that the
-    picture is taken with, and nobody tells the robot.
+    picture is taken with, which the robot does not know.
 
     Attributes:
         believed: The camera as calibrated.
@@ -43,7 +43,7 @@ class EyeCamera:
             robot: Its description has the mount and the lens.
             config: How the picture is rendered.
             perturbation: Errors of mount and light; none if not given. Its distractors are laid
-                by whoever lays the things, see `lay_distractors`.
+                together with the objects, see `lay_distractors`.
 
         Raises:
             PerceptionError: The robot has no camera, or it hangs on a joint of the chain.
@@ -119,7 +119,7 @@ def take_picture(
 
     Returns:
         Red, green, blue (height, width, 3), and PyBullet's number of body and link at each pixel
-        (height, width), see `body_and_link`; None if not asked for.
+        (height, width), see `body_and_link`; None if not requested.
     """
     flags = pybullet.ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX if mask else 0
     _, _, colours, depth, bodies = client.getCameraImage(

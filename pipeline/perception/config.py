@@ -74,7 +74,7 @@ class OpenVocabularyConfig:
 
 @dataclass
 class PerceptionConfig:
-    """Where the places of things come from."""
+    """Where the places of objects come from."""
 
     source: str = MISSING
     detector: str = MISSING

@@ -1,4 +1,4 @@
-"""What a detector says: the protocol between pictures and things, and things on the table."""
+"""What a detector says: the protocol between pictures and objects, and objects on the table."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipeline.errors import PerceptionError
 
 @dataclass(frozen=True)
 class Detection:
-    """One thing in a picture.
+    """One object in a picture.
 
     Pixel (0, 0) is the upper left corner of the upper left pixel, whose centre is (0.5, 0.5).
 
@@ -22,7 +22,7 @@ class Detection:
         score: How sure the detector is, 0 to 1.
         box: x0, y0, x1, y1 around what is seen of it [pixels].
         centroid: u, v of its centre [pixels]: the picture of the middle of the body, which for a
-            bent thing is not the middle of its box.
+            bent object is not the middle of its box.
     """
 
     name: str
@@ -32,7 +32,7 @@ class Detection:
 
 
 class Detector(Protocol):
-    """Finds things of known classes in a picture.
+    """Finds objects of known classes in a picture.
 
     Attributes:
         names: The classes.
@@ -41,7 +41,7 @@ class Detector(Protocol):
     names: tuple[str, ...]
 
     def detect(self, image: NDArray[np.uint8]) -> list[Detection]:
-        """Find things.
+        """Find objects.
 
         Args:
             image: Red, green, blue, shape (height, width, 3).

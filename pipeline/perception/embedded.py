@@ -16,11 +16,11 @@ from pipeline.perception.network import CentreNetwork
 
 Image = NDArray[np.uint8]
 MOST = 40  # detections of one picture
-SAME = 0.6  # intersection over union above which two detections are of one thing
+SAME = 0.6  # intersection over union above which two detections are of one object
 
 
 class EmbeddedDetector:
-    """Finds the things that a centre-point network was trained for.
+    """Finds the objects that a centre-point network was trained for.
 
     Attributes:
         names: Its classes.
@@ -37,7 +37,7 @@ class EmbeddedDetector:
         self._network, self._threshold = network, threshold
 
     def detect(self, image: Image) -> list[Detection]:
-        """Find things in a picture (height, width, 3), the surest first.
+        """Find objects in a picture (height, width, 3), the surest first.
 
         Raises:
             PerceptionError: The picture has another shape, type, or ratio of the sides.
@@ -82,7 +82,7 @@ def decode(
 
     Returns:
         The highest cells among their neighbours, the surest first; of two detections of one
-        thing, the surer one.
+        object, the surer one.
     """
     heat = torch.sigmoid(logits)
     peaks = heat * (heat == functional.max_pool2d(heat[None], 3, 1, 1)[0])

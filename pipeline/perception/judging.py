@@ -1,4 +1,4 @@
-"""Detections held against labels: a raw row for each thing, and for each detection of none."""
+"""Detections held against labels: a raw row for each object, and for each detection of none."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ Array = NDArray[np.float64]
 def judge(
     detector: Detector, pictures: Pictures, least: float, progress: Callable[[], object]
 ) -> pd.DataFrame:
-    """Detect in every picture: a row for each thing and for each detection that is none.
+    """Detect in every picture: a row for each object and for each detection that is none.
 
     Detections of all scores are kept, so that precision and recall follow at any threshold.
 
     Args:
         detector: Its least score should be near 0.
         pictures: Pictures with labels.
-        least: Intersection over union from which on a thing of the class counts as found.
+        least: Intersection over union from which on an object of the class counts as found.
         progress: Called after each picture.
 
     Returns:

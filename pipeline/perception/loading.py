@@ -1,4 +1,4 @@
-"""Load a detector by its configuration, and see: from a picture to things on the table."""
+"""Load a detector by its configuration, and see: from a picture to objects on the table."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ def load_detector(
 
     Args:
         config: Kind of detector, its weights or model, and the least score.
-        robot: Whose things it is to find.
+        robot: Whose objects it is to find.
         names: Classes that it must know; for the embedded one those of its card if not given.
 
     Raises:
-        PerceptionError: There are no weights, or they are of another robot or of other things; a
+        PerceptionError: There are no weights, or they are of another robot or of other objects; a
             model of the user's cannot be loaded.
     """
     if config.detector == "open_vocabulary":
@@ -45,11 +45,11 @@ def load_detector(
 def see(
     image: NDArray[np.uint8], detector: Detector, camera: EyeCamera, heights: Mapping[str, float]
 ) -> list[Sighting]:
-    """Find things in a picture and their places on the table.
+    """Find objects in a picture and their places on the table.
 
     Args:
         image: Red, green, blue, shape (height, width, 3).
-        detector: Finds things.
+        detector: Finds objects.
         camera: Has taken the picture.
         heights: z of the centre of each class as it lies on the table, base frame [m]; a class that
             is not in it is not seen.

@@ -20,7 +20,7 @@ from pipeline.perception.embedded import SAME, overlap
 class OpenVocabularyDetector:
     """Finds what a text describes.
 
-    The model says boxes alone, so the centroid pixel is the middle of the box; for a bent thing
+    The model says boxes alone, so the centroid pixel is the middle of the box; for a bent object
     that is centimetres off.
 
     Attributes:
@@ -48,7 +48,7 @@ class OpenVocabularyDetector:
         self._processor, self._model = _load(config.model)
 
     def detect(self, image: NDArray[np.uint8]) -> list[Detection]:
-        """Find things in a picture (height, width, 3), the surest first.
+        """Find objects in a picture (height, width, 3), the surest first.
 
         Raises:
             PerceptionError: The picture has another shape or type.
@@ -62,14 +62,14 @@ class OpenVocabularyDetector:
         (answer,) = self._processor.post_process_grounded_object_detection(
             outputs, threshold=self._threshold, target_sizes=[image.shape[:2]]
         )
-        told = zip(
+        boxes = zip(
             answer["scores"].tolist(),
             answer["labels"].tolist(),
             answer["boxes"].tolist(),
             strict=True,
         )
         kept: list[Detection] = []
-        for score, kind, (x0, y0, x1, y1) in sorted(told, reverse=True):
+        for score, kind, (x0, y0, x1, y1) in sorted(boxes, reverse=True):
             centroid = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
             found = Detection(self.names[int(kind)], float(score), (x0, y0, x1, y1), centroid)
             if all(overlap(found.box, other.box) <= SAME for other in kept):

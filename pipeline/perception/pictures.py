@@ -35,7 +35,7 @@ class Chunk:
         grasp: Scenes and objects.
         eye: How pictures are rendered where the domain does not say.
         domain: What to draw from.
-        visible: Least visible share of a disc of a thing's height.
+        visible: Least visible share of a disc of an object's height.
         size: Width and height [pixels].
         first: Number of the first picture.
         count: How many.

@@ -90,7 +90,7 @@ def loss(
         box_weight: Of the box sides' error.
 
     Returns:
-        A scalar: for each thing, the mean over the batch.
+        A scalar: for each object, the mean over the batch.
     """
     heat, offsets, known = targets
     centre = heat.eq(1.0)

@@ -46,7 +46,7 @@ def record(config: MicrophoneConfig, wav: Path) -> bool:
                 heard.add(np.asarray(block[:, 0], dtype=np.float64))
     except (package.PortAudioError, ValueError) as error:
         raise SpeechError(f"no microphone can be opened ({error})") from error
-    if not heard.spoken:
+    if not heard.has_speech:
         return False
     write_sound(wav, heard.samples, RATE)
     return True
@@ -56,7 +56,7 @@ class Utterance:
     """Blocks of sound until the speaker has been silent for a while.
 
     Attributes:
-        spoken: Whether anything was loud enough to be speech.
+        has_speech: Whether anything was loud enough to be speech.
     """
 
     def __init__(self, config: MicrophoneConfig) -> None:
@@ -68,13 +68,13 @@ class Utterance:
         self._config = config
         self._blocks: list[NDArray[np.float64]] = []
         self._silent_s = 0.0
-        self.spoken = False
+        self.has_speech = False
 
     def add(self, block: NDArray[np.float64]) -> None:
         """Take `BLOCK_S` seconds of samples in [-1, 1]."""
         self._blocks.append(block)
         loud = float(np.sqrt(np.mean(block**2))) > self._config.level
-        self.spoken |= loud
+        self.has_speech |= loud
         self._silent_s = 0.0 if loud else self._silent_s + BLOCK_S
 
     @property
@@ -82,7 +82,7 @@ class Utterance:
         """Whether the instruction is over, or nobody began one in time."""
         if len(self._blocks) * BLOCK_S >= self._config.max_duration_s:
             return True
-        return self.spoken and self._silent_s >= self._config.silence_s
+        return self.has_speech and self._silent_s >= self._config.silence_s
 
     @property
     def samples(self) -> NDArray[np.float64]:

@@ -37,7 +37,7 @@ class Synthesiser(Protocol):
     name: str
 
     def speak(self, text: str, wav: Path) -> None:
-        """Write the spoken text as a WAV file (16-bit PCM, one channel), atomically.
+        """Write the text as speech to a WAV file (16-bit PCM, one channel), atomically.
 
         Args:
             text: Words; nothing in them is an option or a command.

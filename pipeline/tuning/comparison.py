@@ -225,7 +225,7 @@ def _poses_per_second(robot: Robot, candidate: Candidate, poses: PoseSet) -> flo
 
 
 def _wait_for(device: torch.device) -> None:
-    """Let an accelerator finish what it was told to do: a captured step returns before it ran."""
+    """Wait until an accelerator is idle: a captured step returns before it has run."""
     if device.type == "cuda":
         torch.cuda.synchronize(device)
 

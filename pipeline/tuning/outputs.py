@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 MADE_BY = "# The best trial of `python -m pipeline tune`; `train.from=best` takes it.\n"
 PUBLISHED = published_results()
-SHAPE = ("hidden", "tanh_layers")  # told of every network
+SHAPE = ("hidden", "tanh_layers")  # reported of every network
 SHOWN = 3  # best trials in the table
 TRIALS, BEST, METRICS = "trials.csv", "best.yaml", "metrics.json"
 

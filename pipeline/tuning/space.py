@@ -103,7 +103,7 @@ def check(config: Config) -> None:
             try:
                 configured(config, {name: value})
             except ValueError as error:
-                # The length of a list may ask for less of another axis: trials tell.
+                # The length of a list may demand less of another axis: only trials show.
                 if axis.kind != LAYERS and name != "tanh_layers":
                     raise PipelineError(f"tune.space.{name} may become {value}: {error}") from error
 

@@ -1,4 +1,4 @@
-"""A study that can be stopped anywhere and goes on to exactly the number of trials asked for."""
+"""A study that can be stopped anywhere and resumes to exactly the requested number of trials."""
 
 from __future__ import annotations
 
@@ -110,8 +110,8 @@ def run_trials(
         store: Where the study is kept.
         study: The study.
         objective: Returns what is minimised.
-        config: Trials asked for, sampler, seed.
-        go_on: Asked between trials.
+        config: Requested trials, sampler, seed.
+        go_on: Called between trials.
 
     Raises:
         PipelineError: Trial after trial failed.
@@ -130,7 +130,7 @@ def run_trials(
 
 
 def is_over(tally: Tally, config: Config) -> bool:
-    """Whether a study has what was asked of it, or no longer gets better.
+    """Whether a study has its requested trials, or no longer improves.
 
     Raises:
         PipelineError: Trial after trial failed.
@@ -198,7 +198,7 @@ def _one(
         study.optimize(begin, n_trials=1, catch=FAULTS)
     except Exception:
         # This worker was taken for dead, so another has made up for its trial: Optuna, which cannot
-        # end a trial twice, raises whatever comes. So it does where the server has gone: asked
+        # end a trial twice, raises whatever comes. So it does where the server has gone: queried
         # here, the storage says so itself.
         trials = study.get_trials(deepcopy=False)
         if not ended or trials[ended[0]].state != TrialState.FAIL:

@@ -1,4 +1,4 @@
-"""A search as its workers see it: one process, or as many as asked for on one study."""
+"""A search as its workers see it: one process, or the requested number on one study."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class SearchJob:
 
 
 def work(job: SearchJob) -> int:
-    """Join a study, run trials until it has those that were asked for, and return their number.
+    """Join a study, run trials until it has the requested number, and return their number.
 
     Raises:
         PipelineError: Trial after trial failed, or the storage cannot be opened.
@@ -74,7 +74,7 @@ def search(job: SearchJob, study: Study) -> None:
     A worker that dies leaves the rest to the others; where none is left, all are started anew.
 
     Args:
-        job: What each worker is told.
+        job: What each worker needs to know.
         study: The study, to see how far it is.
 
     Raises:
@@ -114,7 +114,7 @@ def _shown(study: Study, config: Config) -> Iterator[None]:
     with bar(config.tune.trials, "trial", f"tune {config.robot.name}", first) as shown:
 
         def watch() -> None:
-            with suppress(*STORAGE_ERRORS):  # the search itself tells of it
+            with suppress(*STORAGE_ERRORS):  # the search itself reports it
                 while not over.wait(BAR_S):
                     shown.update(count(study).finished - shown.n)
 

@@ -33,11 +33,11 @@ def test_they_are_small_and_their_card_tells_what_they_reach(name: str) -> None:
     assert (folder / WEIGHTS).stat().st_size <= LARGEST_BYTES
     card = read_detector_card(folder, name)
     assert card["names"] == list(CONFIG.grasp.scenes[name].objects)
-    told = card["held_out"]
-    assert told["pictures"] == 500
-    assert told["map50"] >= 0.97
-    assert told["position_error_mm"] <= 8.0
-    assert told["position_error_p95_mm"] <= 20.0
+    quality = card["held_out"]
+    assert quality["pictures"] == 500
+    assert quality["map50"] >= 0.97
+    assert quality["position_error_mm"] <= 8.0
+    assert quality["position_error_p95_mm"] <= 20.0
 
 
 @pytest.mark.parametrize("name", NAMES)

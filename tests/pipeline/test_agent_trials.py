@@ -34,7 +34,7 @@ TIMES = ("wall_s", "approach_plan_ms", "lift_plan_ms", "transfer_plan_ms", "home
 def experiment(
     folder: Path | None = None, perception: GroundTruthPerception | None = None, **changes: Any
 ) -> Experiment:
-    """Panda with four things on a row; one of them has a hostile name."""
+    """Panda with four objects on a row; one of them has a hostile name."""
     grasp = CONFIG.grasp
     scene = replace(grasp.scenes["panda"], objects=["soup_can", BANANA, "pear", "orange"])
     objects = {**grasp.objects, BANANA: grasp.objects["banana"]}

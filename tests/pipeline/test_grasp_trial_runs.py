@@ -108,7 +108,7 @@ def test_a_thing_that_rolls_away_is_not_grasped(panda, monkeypatch):
     step = scene_module.Scene.step
 
     def breeze(self):
-        if 0.5 < self.time_s < 0.8:  # after the object's place was told
+        if 0.5 < self.time_s < 0.8:  # after the object's place was read
             at = self.object_position().tolist()
             self.client.applyExternalForce(
                 self.object_id, -1, [0, 0.15, 0], at, pybullet.WORLD_FRAME

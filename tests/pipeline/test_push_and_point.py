@@ -29,7 +29,7 @@ def each(request):
 
 
 def act(each, kind, row=3, away=0.0, **changes):
-    """One action on a thing of a row; the deed, how far everything moved [m], and which it was."""
+    """One action on an object of a row; its result, how far everything moved [m], which it was."""
     robot, solver = each
     config = replace(required_scene(CONFIG, robot.name), **changes)
     with Scene(robot, config, CONFIG.physics) as scene:

@@ -73,7 +73,7 @@ every_engine = pytest.mark.parametrize("arguments", ENGINES)
 
 @pytest.fixture(autouse=True)
 def shards_of_a_small_set(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sampling, "TRIAL", 2)  # chunks drawn here before anyone else is asked
+    monkeypatch.setattr(sampling, "TRIAL", 2)  # chunks drawn here before any are handed out
 
 
 @pytest.fixture(scope="module")

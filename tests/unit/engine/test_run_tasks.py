@@ -1,4 +1,4 @@
-"""The seam: results in order, failures told in a sentence, deaths that take nothing else along."""
+"""The seam of the engines: results in order, failures as a sentence, deaths that spare the others."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ def engine(arguments: list[str], folder: Path) -> EngineConfig:
 
 @pytest.mark.parametrize("arguments", ENGINES)
 def test_results_stand_in_the_order_of_the_tasks(arguments: list[str], tmp_path: Path) -> None:
-    told: dict[int, int] = {}
+    finished: dict[int, int] = {}
     where = engine(arguments, tmp_path)
-    results = run_tasks(where, engine_tasks.square, range(5), told.__setitem__)
+    results = run_tasks(where, engine_tasks.square, range(5), finished.__setitem__)
     assert results == [0, 1, 4, 9, 16]
-    assert told == dict(enumerate(results))
+    assert finished == dict(enumerate(results))
     assert run_tasks(where, engine_tasks.square, []) == []
     assert not list(tmp_path.rglob("*")), "what travelled is left behind"
 

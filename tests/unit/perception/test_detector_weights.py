@@ -25,8 +25,8 @@ def saved(folder: Path, network: CentreNetwork | None = None, **card: Any) -> Pa
     torch.manual_seed(0)
     network = network or CentreNetwork(NAMES, SMALL)
     facts = {"width": 64, "height": 48, "channels": [4, 4, 8, 8]}
-    told = {"robot": "nico", "names": NAMES, "config": {"detector": {"network": facts}}}
-    save_detector(folder, network, {**told, **card})
+    facts_of_card = {"robot": "nico", "names": NAMES, "config": {"detector": {"network": facts}}}
+    save_detector(folder, network, {**facts_of_card, **card})
     return folder
 
 

@@ -91,12 +91,12 @@ def test_an_utterance_ends_with_silence_or_at_last():
         assert not heard.ended
     heard.add(quiet)
     assert heard.ended
-    assert heard.spoken
+    assert heard.has_speech
     assert heard.samples.shape == (20 * int(BLOCK_S * RATE),)
     silent = Utterance(config)
     while not silent.ended:
         silent.add(quiet)
-    assert not silent.spoken
+    assert not silent.has_speech
     assert len(silent.samples) == 3 * RATE
 
 
