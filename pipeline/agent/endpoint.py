@@ -29,7 +29,7 @@ class Endpoint:
     """A chat endpoint.
 
     Attributes:
-        name: The model's name, which stands in rows and transcripts.
+        name: The model's name, which appears in rows and transcripts.
     """
 
     def __init__(self, config: EndpointConfig, kinds: Sequence[str] = ()) -> None:

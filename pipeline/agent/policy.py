@@ -45,7 +45,7 @@ class Policy:
     """Understands plain requests and says so where it does not.
 
     Attributes:
-        name: What stands in rows and transcripts.
+        name: Its name in rows and transcripts.
     """
 
     name = "policy"

@@ -1,4 +1,4 @@
-"""The transcript of a run: every message with what became of it, as JSON lines."""
+"""The transcript of a run: every message with its result, as JSON lines."""
 
 from __future__ import annotations
 

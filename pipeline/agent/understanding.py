@@ -1,7 +1,7 @@
 """From the tokens of an instruction to intents: what is to be done with which object, in order.
 
 A small machine that reads from left to right and keeps the last verb: "grasp the banana and the
-pear, then point at it" are three intents. It guesses nothing: what it can not place is a remark.
+pear, then point at it" are three intents. It guesses nothing: what it cannot place is a remark.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Reader:
         self._unknown = ""
 
     def read(self, tokens: Sequence[Token]) -> Understanding:
-        """Return what the tokens come to."""
+        """Return the meaning of the tokens."""
         skip = 0
         for at, token in enumerate(tokens):
             if skip:

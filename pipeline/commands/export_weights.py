@@ -34,7 +34,7 @@ Copies the detector that the stage `detector` trained to robots/<name>/detector 
 
 
 def export_weights(arguments: list[str]) -> int:
-    """Export the weights of one robot; a run's own weights go on taking precedence over them."""
+    """Export the weights of one robot; a run's own weights keep their precedence."""
     parser = command_parser("export-weights", DESCRIPTION).takes_overrides()
     overrides = parser.parse(arguments).overrides
     if overrides[:1] == ["detector"]:

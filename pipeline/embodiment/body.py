@@ -46,7 +46,7 @@ class Body:
             object_id: PyBullet's number of the body that the outcome is judged by.
 
         Returns:
-            What it came to; the arm is at idle again.
+            Its result; the arm is at idle again.
         """
         self.scene.object_id = object_id
         if kind == "grasp":

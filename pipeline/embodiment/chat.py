@@ -64,7 +64,7 @@ class Chat:
         self._say(f"{self.name} sees{seen_text(self.session.look())}")
 
     def line(self, text: str) -> bool:
-        """Answer one line; whether the conversation goes on."""
+        """Answer one line; whether the conversation continues."""
         words = text.strip()
         self._aloud = False
         if words.lower() in QUIT:

@@ -58,7 +58,7 @@ def save_picture(picture: Image.Image | None, path: Path) -> str:
 def save_transcript(path: Path, entries: Sequence[dict[str, Any]], episode: Episode) -> str:
     """Write what was said and done as JSON lines; its name.
 
-    Entries of the conversation come first, in order; then one of each action with what it came to
+    Entries of the conversation come first, in order; then one of each action with its result
     and where its target was seen.
     """
     write_transcript(path, [*entries, *(described(event) for event in episode.events)])

@@ -35,7 +35,7 @@ def setting_name(config: Config) -> str:
 def load_agent_series(
     config: Config, series: Series, folder: Path, detector: Detector | None
 ) -> AgentSeries:
-    """Give the trials of a series eyes and an agent.
+    """Give the trials of a series a camera and an agent.
 
     Args:
         config: Perception, agent, and the protocol of the trials.

@@ -1,4 +1,4 @@
-"""What the robot learns of its table: from the simulator, or from the picture of its eye."""
+"""What the robot knows of its table: from the simulator, or from the image of its camera."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class View:
     sightings: list[Sighting]
 
     def find(self, name: str) -> Sighting | None:
-        """The surest sighting of a name."""
+        """The sighting of a name with the highest score."""
         found = [each for each in self.sightings if each.name == name]
         return max(found, key=lambda each: each.score, default=None)
 

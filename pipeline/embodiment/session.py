@@ -15,12 +15,12 @@ from pipeline.perception.detection import Sighting
 
 @dataclass(frozen=True)
 class Event:
-    """One action and what became of it.
+    """One action and its result.
 
     Attributes:
         time_s: Simulated time when it began [s].
         action: What the agent requested.
-        result: What it came to.
+        result: Its result.
         sighting: Where its target was seen; None for what needs none.
         view: The look that it was seen in.
         obj: What really lay there; None if nothing did.
@@ -143,7 +143,7 @@ class Session:
         )
 
     def _reported(self, event: Event) -> Event:
-        """Report to the agent what an action came to."""
+        """Report the result of an action to the agent."""
         action, result = event.action, event.result
         how = "done" if result.done else "failed"
         self.agent.report(f"{action.kind} {action.target}: {how}, {result.words}")

@@ -34,7 +34,7 @@ class Experiment:
         series: Configuration, robot, solvers and seed, as of trials without an agent.
         perception: How the table is seen.
         agent: Begins a conversation, one a row.
-        facts: What stands in every raw row beside the trial: perception and agent.
+        facts: Columns of every raw row besides the trial: perception and agent.
         folder: Where evidence is kept; None keeps none.
         distractors: Objects of no class on the table, which only a camera sees.
     """
@@ -153,7 +153,7 @@ class Experiment:
 
 
 def _once_each() -> Callable[[Action, SceneObject | None], str]:
-    """A rule of the protocol: each object is grasped once, whatever came of it."""
+    """A rule of the protocol: each object is grasped once, whatever the outcome."""
     tried: set[int] = set()
 
     def refuse(action: Action, obj: SceneObject | None) -> str:

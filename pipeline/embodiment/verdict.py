@@ -19,7 +19,7 @@ from pipeline.grasping.outcome import DETECTION, LANGUAGE, SUCCESS, classify
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of one object of a row.
+    """The outcome of one object of a row.
 
     Attributes:
         outcome: Class of the paper.

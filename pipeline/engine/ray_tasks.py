@@ -53,7 +53,7 @@ class RayTasks:
         return list(done)
 
     def outcomes(self, handle: Any, count: int) -> list[TaskResult[Any]]:
-        """Return what a task came to."""
+        """Return the result of a task."""
         try:
             outcome: TaskResult[Any] = self._ray.get(handle)
         except self._lost as error:

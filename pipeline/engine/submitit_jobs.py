@@ -66,7 +66,7 @@ class SubmititJobs:
             time.sleep(CLUSTER_POLL_S if self.room is None else POLL_S)
 
     def outcomes(self, handle: Any, count: int) -> list[TaskResult[Any]]:
-        """Return what the tasks of a job came to; its log stays if it died."""
+        """Return the results of the tasks of a job; its log stays if it died."""
         try:
             outcomes: list[TaskResult[Any]] = handle.result()
         except self._lost:

@@ -82,7 +82,7 @@ def _pose_facts(task: EvaluationTask) -> dict[str, Any]:
 
 
 def is_up_to_date(path: Path, key: Mapping[str, Any]) -> bool:
-    """Say whether a table holds the rows of a key.
+    """Return whether a table holds the rows of a key.
 
     Args:
         path: Raw rows, or nothing yet.

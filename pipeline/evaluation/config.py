@@ -49,7 +49,7 @@ class EvaluateConfig:
     chunk: int = MISSING
 
     def __post_init__(self) -> None:
-        """Refuse empty runs, budgets and batches that cannot be."""
+        """Refuse empty runs, budgets and batches that are not possible."""
         one_of("evaluate.not_found", self.not_found, NOT_FOUND_POLICIES)
         at_least("evaluate.poses", self.poses, 0)
         if self.time_s is not None:

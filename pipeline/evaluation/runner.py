@@ -49,7 +49,7 @@ def evaluate_solver(
     Args:
         task: Solver, robot and poses.
         config: Budget, batch sizes, warm-up, threads.
-        cache_folder: Where finished chunks are kept, so that a second call goes on; None keeps
+        cache_folder: Where finished chunks are kept, so that a second call continues; None keeps
             none. Call `pipeline.evaluation.cache.clear_chunks` when the
             rows are safely written.
         progress: Called with the number of poses finished, also for chunks found on disk.

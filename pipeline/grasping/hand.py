@@ -2,7 +2,7 @@
 
 A tendon is modelled by what it does at the joints: one tension T pulls all joints of a finger, each
 with the torque T times its pulley's radius. A joint that is blocked saturates at that torque while
-the others go on closing, so the finger wraps around what it meets.
+the others keep closing, so the finger wraps around what it meets.
 
 The segments of a finger weigh a few grams, and bodies that light under such a torque are thrown
 through joint limits and objects within one step. What keeps a real finger from that is the inertia

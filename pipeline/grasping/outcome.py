@@ -1,4 +1,4 @@
-"""What came of one grasp trial: its report, the class that follows from it, and its numbers."""
+"""The outcome of one grasp trial: its report, the class that follows from it, and its numbers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ NOT_CLOSED = 0.02  # share of a finger joint's range below which the hand did no
 
 @dataclass(frozen=True)
 class ActionResult:
-    """What an action came to.
+    """The result of an action.
 
     Attributes:
         done: Whether it succeeded.
@@ -50,7 +50,7 @@ class GraspReport:
         released: Whether the hand was opened over the bin.
         clinging: Whether it stuck to the open hand all the same.
         bin: Bin that it lies in at the end.
-        swung: Motions whose path could not be followed, so that the arm swung round by joints.
+        swung: Motions whose path could not be followed: the joints moved straight.
         stopped: Why the attempt ended early; empty if it did not.
     """
 

@@ -96,7 +96,7 @@ class Scene:
             self.step()
 
     def mark(self, phase: str) -> None:
-        """Say that a phase of the trial has ended."""
+        """Mark that a phase of the trial has ended."""
         if self.on_phase is not None:
             self.on_phase(phase)
 

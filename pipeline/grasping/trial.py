@@ -121,7 +121,7 @@ def run_trial(
         solver: Inverse kinematics of its motions.
         number: Number of the trial, from 0; with the seed it fixes everything.
         seed: Root seed.
-        repair: Solver that mends waypoints from their neighbours.
+        repair: Solver that repairs waypoints from their neighbours.
         recorder: Films the trial.
 
     Returns:

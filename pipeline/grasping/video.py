@@ -74,7 +74,7 @@ class Recorder:
         """Write the frames as MP4 (H.264), and as GIF beside it if the configuration wants one.
 
         Args:
-            path: The file, ending in .mp4; each file is put in place when it is whole.
+            path: The file, ending in .mp4; each file is put in place when it is complete.
 
         Returns:
             What was written.

@@ -1,4 +1,4 @@
-"""A robot's eye in simulation: where it is believed to be, where it is, and what it sees."""
+"""A robot's head camera in simulation: its calibrated pose, its actual pose, and its images."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Image = NDArray[np.uint8]
 
 
 class EyeCamera:
-    """The eye of a robot.
+    """The head camera of a robot.
 
     What it projects with is what the robot believes; the perturbation moves the camera that the
     picture is taken with, which the robot does not know.
@@ -37,7 +37,7 @@ class EyeCamera:
     def __init__(
         self, robot: Robot, config: EyeConfig, perturbation: PerturbationConfig | None = None
     ) -> None:
-        """Mount the eye.
+        """Mount the camera.
 
         Args:
             robot: Its description has the mount and the lens.

@@ -16,7 +16,7 @@ STRIDE = 8  # input pixels a side of a cell of the heat map
 
 @dataclass
 class EyeConfig:
-    """How the simulated eye renders; its mount and lens stand in the robot's robot.yaml."""
+    """How the simulated camera renders; its mount and lens stand in the robot's robot.yaml."""
 
     near: float = MISSING  # m
     far: float = MISSING  # m

@@ -47,7 +47,7 @@ class Detector(Protocol):
             image: Red, green, blue, shape (height, width, 3).
 
         Returns:
-            What was found, the surest first.
+            What was found, highest score first.
 
         Raises:
             PerceptionError: The picture has another shape or type.

@@ -37,7 +37,7 @@ class EmbeddedDetector:
         self._network, self._threshold = network, threshold
 
     def detect(self, image: Image) -> list[Detection]:
-        """Find objects in a picture (height, width, 3), the surest first.
+        """Find objects in a picture (height, width, 3), highest score first.
 
         Raises:
             PerceptionError: The picture has another shape, type, or ratio of the sides.
@@ -81,8 +81,8 @@ def decode(
         scale: Pixels of the picture for each pixel of the network's input.
 
     Returns:
-        The highest cells among their neighbours, the surest first; of two detections of one
-        object, the surer one.
+        The highest cells among their neighbours, highest score first; of two detections of one
+        object, the one with the higher score.
     """
     heat = torch.sigmoid(logits)
     peaks = heat * (heat == functional.max_pool2d(heat[None], 3, 1, 1)[0])

@@ -50,7 +50,7 @@ def judge(
 def match(
     found: Iterable[Detection], labels: list[Label], camera: Pinhole, least: float
 ) -> list[dict[str, Any]]:
-    """Pair the detections of a picture with its labels, the surest first, each label once.
+    """Pair the detections of a picture with its labels, highest score first, each label once.
 
     The place is that of the centroid pixel through the camera that took the picture, on the plane
     of the true centre's height: a calibrated robot.

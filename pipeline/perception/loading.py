@@ -55,8 +55,8 @@ def see(
             is not in it is not seen.
 
     Returns:
-        What was seen and where, the surest first. What looks above the plane of its class, and so
-        cannot lie on the table, is left out.
+        What was found and where, highest score first. A detection whose pixel does not meet the
+        plane of its class is left out.
     """
     sightings = []
     for detection in detector.detect(image):

@@ -48,7 +48,7 @@ class OpenVocabularyDetector:
         self._processor, self._model = _load(config.model)
 
     def detect(self, image: NDArray[np.uint8]) -> list[Detection]:
-        """Find objects in a picture (height, width, 3), the surest first.
+        """Find objects in a picture (height, width, 3), highest score first.
 
         Raises:
             PerceptionError: The picture has another shape or type.

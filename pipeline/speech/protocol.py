@@ -10,7 +10,7 @@ class Recogniser(Protocol):
     """Speech to text.
 
     Attributes:
-        name: What stands in transcripts.
+        name: Its name in transcripts.
     """
 
     name: str
@@ -31,7 +31,7 @@ class Synthesiser(Protocol):
     """Text to speech.
 
     Attributes:
-        name: What stands in transcripts.
+        name: Its name in transcripts.
     """
 
     name: str

@@ -133,7 +133,7 @@ class JournalStore:
 
 
 def fetch_journal(kept: Path, growing: Path, study: str) -> None:
-    """Let a study go on that was finished and put away, if that is the one.
+    """Continue a study that was finished and stored, if that is the one.
 
     Args:
         kept: The journal of a finished study, in its artifact.

@@ -120,7 +120,7 @@ def check_search(config: Config) -> None:
     """Refuse a search that no trial of could end well.
 
     Raises:
-        PipelineError: The objective is not for this kind of model, or the space cannot be.
+        PipelineError: The objective is not for this kind of model, or the space is not possible.
     """
     if config.tune.objective == "losses" and config.model.kind not in CYCLE_KINDS:
         raise PipelineError(

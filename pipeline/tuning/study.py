@@ -31,7 +31,7 @@ FINISHED = (TrialState.COMPLETE, TrialState.PRUNED)
 FAULTS = (RuntimeError, ValueError, MemoryError, ArithmeticError)
 START, REASON = "start", "reason"  # attributes of trials
 ABANDONED = "its worker died"
-# How a study is run, not what its trials are: another value goes on with the same study.
+# How a study is run, not what its trials are: another value continues the same study.
 RUNNING_OF_IT = ("trials", "workers", "storage", "heartbeat_s", "stop", "comparison")
 POLL_S = 0.2
 TrialObjective = Callable[[Trial], float]
@@ -99,11 +99,11 @@ def run_trials(
     config: Config,
     go_on: Callable[[], bool] = lambda: True,
 ) -> None:
-    """Run trials until the study has ``tune.trials`` finished ones; failed ones are made up for.
+    """Run trials until the study has ``tune.trials`` finished ones; failed ones are repeated.
 
     Any number of workers may do this at once. A worker claims the study, counts what is finished
     and what others run, and begins a trial only if those are too few; the last ones wait, in case a
-    trial of another has to be made up for. Every trial draws from a sampler seeded by its number,
+    trial of another must be repeated. Every trial draws from a sampler seeded by its number,
     so no draw repeats, and one worker alone draws the same trials every time.
 
     Args:
@@ -197,7 +197,7 @@ def _one(
     try:
         study.optimize(begin, n_trials=1, catch=FAULTS)
     except Exception:
-        # This worker was taken for dead, so another has made up for its trial: Optuna, which cannot
+        # This worker was taken for dead, so another has repeated its trial: Optuna, which cannot
         # end a trial twice, raises whatever comes. So it does where the server has gone: queried
         # here, the storage says so itself.
         trials = study.get_trials(deepcopy=False)

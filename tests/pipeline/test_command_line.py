@@ -42,7 +42,7 @@ def test_old_command_names_still_act(
     capsys: pytest.CaptureFixture[str], old: str, new: str
 ) -> None:
     arguments = () if new == "paths" else ("--help",)
-    assert told(capsys, old, *arguments) == told(capsys, new, *arguments)
+    assert run_main(capsys, old, *arguments) == run_main(capsys, new, *arguments)
 
 
 def test_robots_solvers_and_doctor(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""The seam of the engines: results in order, failures as a sentence, deaths that spare the others."""
+"""The seam of the engines: results in order, failures as a sentence, deaths that spare others."""
 
 from __future__ import annotations
 
