@@ -41,7 +41,7 @@ def test_they_are_small_and_their_card_tells_what_they_reach(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_they_find_every_thing_of_a_fixed_scene_within_two_centimetres(name: str) -> None:
+def test_they_find_every_object_of_a_fixed_scene_within_two_centimetres(name: str) -> None:
     robot, scene = load_robot(name), CONFIG.grasp.scenes[name]
     detector = load_detector(CONFIG.perception, robot, scene.objects)
     camera = EyeCamera(robot, CONFIG.perception.eye, CONFIG.perception.perturbation)
@@ -84,6 +84,6 @@ def test_held_out_pictures_are_read_as_well_as_the_card_says(name: str) -> None:
     assert np.median(errors) < 0.008
 
 
-def test_they_are_refused_for_other_things() -> None:
+def test_they_are_refused_for_other_objects() -> None:
     with pytest.raises(ValueError, match="expected banana"):
         load_detector(CONFIG.perception, load_robot("nico"), ["banana"])

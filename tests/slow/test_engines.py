@@ -151,7 +151,7 @@ def test_grasps_are_the_same(arguments: tuple[str, ...], local: Path, tmp_path: 
 
 
 @every_engine
-def test_a_worker_that_dies_is_told_and_what_ended_is_kept(
+def test_a_worker_that_dies_is_reported_and_what_ended_is_kept(
     arguments: tuple[str, ...], tmp_path: Path
 ) -> None:
     kept: dict[int, int] = {}

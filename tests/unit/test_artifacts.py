@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.artifacts import Artifacts, exclusive
-from pipeline.errors import MissingArtifactError, choices
+from pipeline.errors import MissingArtifactError
 from pipeline.seeding import derive_seed
 
 
@@ -57,10 +57,3 @@ def test_seeds_follow_from_their_parts_alone() -> None:
     seeds = {derive_seed(root, "a", part) for root in range(30) for part in range(30)}
     assert len(seeds) == 900
     assert all(0 <= seed < 2**32 for seed in seeds)
-
-
-def test_choices_name_the_nearest_and_all() -> None:
-    assert choices("robot", "pnada", ["panda", "nico"]) == (
-        "there is no robot 'pnada'; did you mean 'panda'? Valid: nico, panda"
-    )
-    assert choices("robot", "zzz", ["panda", "nico"]).endswith("'zzz'. Valid: nico, panda")

@@ -56,7 +56,7 @@ def test_results_stand_in_the_order_of_the_tasks(arguments: list[str], tmp_path:
 
 
 @pytest.mark.parametrize("arguments", APART)
-def test_tasks_leave_this_process_and_get_the_threads_that_were_asked_for(
+def test_tasks_leave_this_process_and_get_the_threads_that_were_requested(
     arguments: list[str], tmp_path: Path
 ) -> None:
     where = engine(arguments, tmp_path)
@@ -109,7 +109,7 @@ def test_a_worker_that_is_killed_while_it_waits_is_replaced(tmp_path: Path) -> N
     assert processes.count(processes[0]) == 1
 
 
-def test_what_cannot_travel_is_told_and_not_waited_for(tmp_path: Path) -> None:
+def test_what_cannot_travel_is_reported_and_not_waited_for(tmp_path: Path) -> None:
     with pytest.raises(TaskFault, match="pickle"):
         run_tasks(engine(PROCESSES, tmp_path), engine_tasks.unpicklable, range(2))
 

@@ -47,13 +47,13 @@ def test_a_perfect_answer_decodes_to_the_labels() -> None:
         assert near[0].box == pytest.approx(each.box, abs=1e-3)
 
 
-def test_two_things_in_neighbouring_cells_are_told_apart_by_class() -> None:
+def test_two_objects_in_neighbouring_cells_are_reported_apart_by_class() -> None:
     near = label("orange", (150.0, 104.0, 190.0, 144.0), (170.0, 124.0))
     found = decode(*answer([LABELS[0], near]), NAMES, 0.5, 1 / SCALE)
     assert {f.name for f in found} == {"pear", "orange"}
 
 
-def test_of_two_classes_for_one_thing_the_surer_stays() -> None:
+def test_of_two_classes_for_one_object_the_surer_stays() -> None:
     logits, offsets = answer(LABELS[:1])
     logits[1] = logits[0] - 1.0
     (found,) = decode(logits, offsets, NAMES, 0.3, 1 / SCALE)

@@ -27,7 +27,7 @@ def rows(*found: Detection, labels: list[Label] | None = None) -> pd.DataFrame:
     return pd.DataFrame(match(found, labels or [TRUE], CAMERA, 0.5))
 
 
-def test_a_found_thing_has_its_error_in_metres_and_pixels() -> None:
+def test_a_found_object_has_its_error_in_metres_and_pixels() -> None:
     (row,) = rows(seen(u=323.0, v=236.0)).to_dict("records")
     assert (row["kind"], row["name"]) == ("found", "pear")
     assert row["pixel_error"] == pytest.approx(5.0)

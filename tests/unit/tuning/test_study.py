@@ -231,7 +231,7 @@ def test_a_finished_journal_is_put_away_and_taken_up_again(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("url", ["postgresql://me:secret@host:port/studies", "postgresql+"])
-def test_an_address_that_cannot_be_read_is_told_without_its_password(
+def test_an_address_that_cannot_be_read_is_reported_without_its_password(
     tmp_path: Path, url: str
 ) -> None:
     with pytest.raises(PipelineError, match="cannot open the database") as caught:
