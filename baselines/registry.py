@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
 import inspect
 from collections.abc import Iterator, Mapping
@@ -18,6 +17,7 @@ import yaml
 from baselines.errors import SettingError, SkippedSolver, SolverError, UnknownSolverError
 from baselines.protocol import Solver
 from robots.locations import conf_dir
+from robots.suggestions import unknown_name
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -52,9 +52,7 @@ def file_settings(name: str) -> dict[str, Any]:
         SolverError: Its YAML is broken or does not name a class.
     """
     if name not in names():
-        close = difflib.get_close_matches(name, names(), n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else "."
-        raise UnknownSolverError(f"unknown solver {name!r}{hint} Solvers are: {', '.join(names())}")
+        raise UnknownSolverError(unknown_name("solver", name, names()))
     path = FOLDER / f"{name}.yaml"
     return dict(_read(path, path.stat().st_mtime_ns))
 
@@ -160,11 +158,7 @@ def check_setting(name: str, key: str, value: object) -> None:
     """
     values = {k: v for k, v in file_settings(name).items() if k != TARGET}
     if key not in values:
-        close = difflib.get_close_matches(key, values, n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise SettingError(
-            f"solver {name!r} has no setting {key!r}{hint} (settings: {', '.join(values)})"
-        )
+        raise SettingError(f"solver {name!r}: {unknown_name('setting', key, values)}")
     expected = setting_types(name).get(key, ())
     if value is None and values[key] is None:
         return

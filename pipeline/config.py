@@ -28,10 +28,11 @@ from omegaconf.errors import OmegaConfBaseException
 from baselines import SolverError, registry
 from pipeline.containers import to_dict
 from pipeline.data.files import Document, read_yaml
-from pipeline.errors import ConfigError, choices
+from pipeline.errors import ConfigError
 from pipeline.locations import CONF_DIR
 from pipeline.settings import Config
 from robots.locations import home
+from robots.suggestions import unknown_name
 
 ROOT = "config"  # conf/config.yaml, where composition starts
 NAMES_IN_YAML = {"from": "source"}  # train.from: a Python keyword cannot name a field
@@ -259,7 +260,7 @@ def _check_names(parsed: Sequence[Override]) -> None:
         if key == OWNERS[1] and value is None:
             continue
         if str(value) not in group_choices(key):
-            raise ConfigError(choices(key, str(value), group_choices(key)))
+            raise ConfigError(unknown_name(key, str(value), group_choices(key)))
         groups.append(cast(str, override.input_line))
     for override in keys:
         if override.is_delete():
@@ -277,7 +278,7 @@ def _check_key(base: DictConfig, key: str, adds: bool) -> None:
             if adds and walked[:2] == ["tune", "space"]:
                 return  # search spaces are data: a new axis is the user's right
             where = "key" if not walked else f"key in {'.'.join(walked)}:"
-            raise ConfigError(f"{key}: " + choices(where, part, [str(name) for name in keys]))
+            raise ConfigError(f"{key}: " + unknown_name(where, part, [str(name) for name in keys]))
         walked.append(part)
         node = node._get_node(part) if OmegaConf.is_missing(node, part) else node[part]
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from robots.suggestions import unknown_name as choices  # noqa: F401
-
 
 class PipelineError(ValueError):
     """Bad input, in one sentence that names what was expected and what to do."""

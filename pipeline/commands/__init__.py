@@ -92,7 +92,8 @@ def run_command(name: str, arguments: list[str]) -> int:
 
 def listing() -> str:
     """Return the list of all stages and commands with what they do."""
-    running = {name: each.summary for name, each in {**STAGES, **RUNNING}.items()}
+    running = {name: stage.summary for name, stage in STAGES.items()}
+    running |= {name: command.summary for name, command in RUNNING.items()}
     looking = {name: command.summary for name, command in LOOKING.items()}
     return "\n".join(
         [

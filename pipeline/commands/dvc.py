@@ -8,10 +8,11 @@ from pipeline.closure import source_tree
 from pipeline.commands.arguments import command_parser
 from pipeline.config import compose, group_choices
 from pipeline.data.files import write_text
-from pipeline.errors import ConfigError, PipelineError, choices
+from pipeline.errors import ConfigError, PipelineError
 from pipeline.locations import CONF_DIR, need_checkout
 from pipeline.stages.code_files import FOLDER, write_code_files
 from pipeline.stages.dvc_file import dvc_yaml
+from robots.suggestions import unknown_name
 
 DVC = """\
 dvc [profile=smoke]
@@ -46,7 +47,7 @@ def set_profile(profile: str) -> None:
         ConfigError: There is no such profile.
     """
     if profile not in group_choices("profile"):
-        raise ConfigError(choices("profile", profile, group_choices("profile")))
+        raise ConfigError(unknown_name("profile", profile, group_choices("profile")))
     path = CONF_DIR / "bench.yaml"
     text = path.read_text(encoding="utf-8")
     values = {"profile": profile, "model": compose([f"profile={profile}"]).model.name}

@@ -9,12 +9,13 @@ from pipeline.commands.arguments import command_parser
 from pipeline.commands.stage_help import stage_help
 from pipeline.config import bench_lists, compose, group_choices, sweep, to_yaml
 from pipeline.data.files import write_text
-from pipeline.errors import ConfigError, choices
+from pipeline.errors import ConfigError
 from pipeline.progress import LOGGER
 from pipeline.settings import Config
 from pipeline.solvers import is_neural
 from pipeline.stages.graph import STEPS, Step, runs
 from pipeline.stages.running import run_stage
+from robots.suggestions import unknown_name
 
 SOLVERS = "evaluate.solvers"
 DESCRIPTION = """\
@@ -77,7 +78,7 @@ def _lists(arguments: list[str]) -> tuple[dict[str, list[str]], list[str]]:
             overrides.append(argument)
     for name in lists["robots"]:
         if name not in group_choices("robot"):
-            raise ConfigError(choices("robot", name, group_choices("robot")))
+            raise ConfigError(unknown_name("robot", name, group_choices("robot")))
     return lists, overrides
 
 

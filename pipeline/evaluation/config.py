@@ -1,4 +1,4 @@
-"""Types of `conf/evaluate`: what is solved, how often, and what counts as what."""
+"""Types of `conf/evaluate`: what is solved, how often, what counts as what; names in the rows."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from omegaconf import MISSING
 from pipeline.checks import at_least, one_of, positive, positive_all, within
 
 NOT_FOUND_POLICIES = ("idle", "nan")
+UNPINNED = "_unpinned"  # ends the name of a solver in rows that were not measured on pinned cores
 HOME = "home"  # the initial guess that is no solver's answer
 
 
@@ -99,3 +100,13 @@ class SampleConfig:
     def solvers_by_key(self) -> dict[str, list[str]]:
         """Return the names of the solvers that a run loads, by the key that names them."""
         return {"sample.solver": [self.solver]}
+
+
+def row_name(solver: str, pinned: bool) -> str:
+    """Return the name of a solver in the rows: one that used all cores is a solver of its own."""
+    return solver if pinned else f"{solver}{UNPINNED}"
+
+
+def solver_of_rows(name: str) -> str:
+    """Return the solver behind a name in the rows."""
+    return name.removesuffix(UNPINNED)

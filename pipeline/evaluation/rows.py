@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 US_PER_S = 1e6
-UNPINNED = "_unpinned"  # ends the name of a solver in rows that were not measured on pinned cores
 
 COLUMNS = {
     "robot": "name of the robot",
@@ -111,13 +110,3 @@ def _error_columns(errors: PoseErrors, kind: str) -> dict[str, Array]:
         f"paper_{kind}position_error_mm": errors.paper_position_mm,
         f"paper_{kind}rotation_error_deg": errors.paper_rotation_deg,
     }
-
-
-def row_name(solver: str, pinned: bool) -> str:
-    """Return the name of a solver in the rows: one that used all cores is a solver of its own."""
-    return solver if pinned else f"{solver}{UNPINNED}"
-
-
-def solver_of_rows(name: str) -> str:
-    """Return the solver behind a name in the rows."""
-    return name.removesuffix(UNPINNED)

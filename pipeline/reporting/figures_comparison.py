@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pipeline.evaluation.rows import solver_of_rows
+from pipeline.evaluation.config import solver_of_rows
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.figures_benchmark import FLOOR_MM, Rows, counted
 from pipeline.reporting.naming import ordered_robots, ordered_solvers, robot_title, solver_title

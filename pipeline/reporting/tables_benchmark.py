@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import pandas as pd
 
-from pipeline.evaluation.rows import solver_of_rows
+from pipeline.evaluation.config import solver_of_rows
 from pipeline.reporting.naming import (
     NEURAL,
     ordered_robots,

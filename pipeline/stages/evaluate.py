@@ -14,8 +14,7 @@ from pipeline.data.tables import write_table
 from pipeline.engine.cores import own_cores, usable_cores
 from pipeline.engine.running import fans_out, one_machine, run_tasks, workers_of
 from pipeline.evaluation.cache import cache_key, clear_chunks, is_up_to_date
-from pipeline.evaluation.config import HOME
-from pipeline.evaluation.rows import row_name
+from pipeline.evaluation.config import HOME, row_name
 from pipeline.evaluation.runner import count_poses, evaluate_solver
 from pipeline.evaluation.task import EvaluationTask
 from pipeline.progress import LOGGER, bar

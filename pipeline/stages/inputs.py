@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from pipeline.artifacts import Artifacts
 from pipeline.data.dataset import CARD, DatasetError, card_config
-from pipeline.errors import ConfigError, MissingArtifactError, choices
+from pipeline.errors import ConfigError, MissingArtifactError
 from robots import Robot, available_robots, load_robot
 from robots.locations import home
+from robots.suggestions import unknown_name
 
 if TYPE_CHECKING:
     from pipeline.settings import Config
@@ -31,7 +32,7 @@ def robot_of(config: Config) -> Robot:
         ConfigError: There is no robot of that name.
     """
     if config.robot.name not in available_robots():
-        raise ConfigError(choices("robot", config.robot.name, available_robots()))
+        raise ConfigError(unknown_name("robot", config.robot.name, available_robots()))
     return load_robot(config.robot.name)
 
 

@@ -10,7 +10,7 @@ from scripted import OneByOne, Scripted, task
 import baselines
 from baselines import Solution, Solver
 from pipeline.evaluation.cache import cache_key, solver_identity
-from pipeline.evaluation.rows import row_name, solver_of_rows
+from pipeline.evaluation.config import row_name, solver_of_rows
 from pipeline.evaluation.runner import evaluate_solver, plan_chunks
 
 
