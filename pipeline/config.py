@@ -35,6 +35,8 @@ from robots.locations import home
 from robots.suggestions import unknown_name
 
 ROOT = "config"  # conf/config.yaml, where composition starts
+PASSWORD_OF_USER = re.compile(r"(://[^:/@\s]*:)\S*@")
+PASSWORD_OF_QUERY = re.compile(r"([?&]password=)[^&\s]*")
 NAMES_IN_YAML = {"from": "source"}  # train.from: a Python keyword cannot name a field
 SOLVER, EVERY = "solver", "every"  # the one group of which a run has every file, not one
 OWNERS = ("profile", "experiment")  # groups that own keys of others, and explain what they set
@@ -180,8 +182,18 @@ def group_choices(group: str) -> list[str]:
 
 
 def to_yaml(config: Config) -> str:
-    """Return the configuration as YAML, keys in the order of the schema."""
-    return OmegaConf.to_yaml(_renamed(to_dict(config), {v: k for k, v in NAMES_IN_YAML.items()}))
+    """Return the configuration as YAML, keys in the order of the schema, without passwords."""
+    renamed = _renamed(to_dict(config), {v: k for k, v in NAMES_IN_YAML.items()})
+    return without_passwords(OmegaConf.to_yaml(renamed))
+
+
+def without_passwords(text: str) -> str:
+    """Return a text with asterisks for the passwords of the addresses in it.
+
+    Args:
+        text: Such as ``tune.storage=postgresql://user:password@host/database``.
+    """
+    return PASSWORD_OF_QUERY.sub(r"\1***", PASSWORD_OF_USER.sub(r"\1***@", text))
 
 
 def _parse(overrides: Sequence[str]) -> list[Override]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pipeline.commands.arguments import command_parser
 from pipeline.commands.stage_help import stage_help
-from pipeline.config import bench_lists, compose, group_choices, sweep, to_yaml
+from pipeline.config import bench_lists, compose, group_choices, sweep, to_yaml, without_passwords
 from pipeline.data.files import write_text
 from pipeline.errors import ConfigError
 from pipeline.progress import LOGGER
@@ -44,7 +44,7 @@ def stage(name: str, arguments: list[str]) -> int:
     configs = [compose(run) for run in runs]  # a typo in the last run stops before the first
     for number, (run, config) in enumerate(zip(runs, configs, strict=True), start=1):
         folder = Path(config.results_dir) / "sweep" / run_name(run, with_profile=len(profiles) > 1)
-        LOGGER.info("run %d of %d: %s", number, len(runs), " ".join(run))
+        LOGGER.info("run %d of %d: %s", number, len(runs), without_passwords(" ".join(run)))
         config.results_dir = str(folder)
         write_text(folder.absolute() / "config.yaml", to_yaml(config))
         _run(name, config)
@@ -112,7 +112,7 @@ def run_name(overrides: list[str], with_profile: bool = False) -> str:
     both.
     """
     silent = ("results_dir=",) if with_profile else ("results_dir=", "profile=")
-    shown = [item for item in overrides if not item.startswith(silent)]
+    shown = [without_passwords(item) for item in overrides if not item.startswith(silent)]
     return re.sub(r"[^\w=.,+-]", "_", ",".join(shown)) or "default"
 
 

@@ -10,6 +10,7 @@ import pytest
 from pipeline.__main__ import main
 from pipeline.commands import COMMANDS
 from pipeline.commands.run import run_name
+from pipeline.config import compose, to_yaml
 from pipeline.stages.graph import STAGES
 
 TOY = ["profile=smoke", "dataset.train=400", "dataset.validation=50", "dataset.test=50"]
@@ -129,6 +130,15 @@ def test_a_run_is_named_after_what_was_overridden() -> None:
 def test_a_run_is_named_after_its_profile_where_profiles_are_swept() -> None:
     overrides = ["profile=smoke", "seed=1", "results_dir=x"]
     assert run_name(overrides, with_profile=True) == "profile=smoke,seed=1"
+
+
+def test_a_password_of_a_storage_is_in_neither_name_nor_configuration_of_a_run() -> None:
+    storage = "tune.storage='postgresql://me:p@ss:w/rd@host:5432/studies?password=word2'"
+    name = run_name([storage])
+    assert "studies" in name
+    written = to_yaml(compose([storage]))
+    assert "storage: postgresql://me:***@host:5432/studies?password=***" in written
+    assert not re.search("p@ss|w/rd|word2|w_rd", name + written)
 
 
 @pytest.mark.parametrize("command", COMMANDS)
