@@ -80,6 +80,8 @@ class PerceptionConfig:
     detector: str = MISSING
     weights: str | None = None
     threshold: float = MISSING
+    max_detections: int = MISSING
+    merge_overlap: float = MISSING
     eye: EyeConfig = field(default_factory=EyeConfig)
     perturbation: PerturbationConfig = field(default_factory=PerturbationConfig)
     vocabulary: OpenVocabularyConfig = field(default_factory=OpenVocabularyConfig)
@@ -89,6 +91,8 @@ class PerceptionConfig:
         one_of("perception.source", self.source, SOURCES)
         one_of("perception.detector", self.detector, DETECTORS)
         within("perception.threshold", self.threshold, 0.0, 1.0)
+        positive("perception.max_detections", self.max_detections)
+        within("perception.merge_overlap", self.merge_overlap, 0.0, 1.0)
 
 
 @dataclass

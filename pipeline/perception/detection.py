@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -66,6 +67,31 @@ def check_image(image: NDArray[np.uint8]) -> None:
             "a detector expects an image of shape (height, width, 3) of 8-bit red, green, blue, "
             f"got {image.dtype} {image.shape}"
         )
+
+
+def overlap(
+    first: tuple[float, float, float, float], second: tuple[float, float, float, float]
+) -> float:
+    """Intersection over union of two boxes."""
+    width = min(first[2], second[2]) - max(first[0], second[0])
+    height = min(first[3], second[3]) - max(first[1], second[1])
+    shared = max(width, 0.0) * max(height, 0.0)
+    whole = sum(max(box[2] - box[0], 0.0) * max(box[3] - box[1], 0.0) for box in (first, second))
+    return shared / (whole - shared) if whole > shared else 0.0
+
+
+def distinct(found: Iterable[Detection], merge_overlap: float) -> list[Detection]:
+    """Leave out detections of an object that is reported already, whatever their class.
+
+    Args:
+        found: Detections, highest score first.
+        merge_overlap: Intersection over union above which two are of one object.
+    """
+    kept: list[Detection] = []
+    for each in found:
+        if all(overlap(each.box, other.box) <= merge_overlap for other in kept):
+            kept.append(each)
+    return kept
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,11 @@ from torch import Tensor
 from torch.nn import functional
 
 from pipeline.errors import PerceptionError
-from pipeline.perception.config import STRIDE
-from pipeline.perception.detection import Detection, check_image
+from pipeline.perception.config import STRIDE, PerceptionConfig
+from pipeline.perception.detection import Detection, check_image, distinct
 from pipeline.perception.network import CentreNetwork
 
 Image = NDArray[np.uint8]
-MOST = 40  # detections of one picture
-SAME = 0.6  # intersection over union above which two detections are of one object
 
 
 class EmbeddedDetector:
@@ -26,15 +24,15 @@ class EmbeddedDetector:
         names: Its classes.
     """
 
-    def __init__(self, network: CentreNetwork, threshold: float) -> None:
+    def __init__(self, network: CentreNetwork, config: PerceptionConfig) -> None:
         """Wrap a trained network.
 
         Args:
             network: In evaluation mode.
-            threshold: Least score.
+            config: Which detections are reported.
         """
         self.names = network.names
-        self._network, self._threshold = network, threshold
+        self._network, self._config = network, config
 
     def detect(self, image: Image) -> list[Detection]:
         """Find objects in a picture (height, width, 3), highest score first.
@@ -42,12 +40,12 @@ class EmbeddedDetector:
         Raises:
             PerceptionError: The picture has another shape, type, or ratio of the sides.
         """
-        config = self._network.config
-        pixels = as_input(image, config.width, config.height)
+        size = self._network.config
+        pixels = as_input(image, size.width, size.height)
         with torch.inference_mode():
             logits, offsets = self._network(pixels[None])
-        scale = image.shape[1] / config.width
-        return decode(logits[0], offsets[0], self.names, self._threshold, scale)
+        scale = image.shape[1] / size.width
+        return decode(logits[0], offsets[0], self.names, scale, self._config)
 
 
 def as_input(image: Image, width: int, height: int) -> Tensor:
@@ -69,7 +67,7 @@ def as_input(image: Image, width: int, height: int) -> Tensor:
 
 
 def decode(
-    logits: Tensor, offsets: Tensor, names: tuple[str, ...], threshold: float, scale: float
+    logits: Tensor, offsets: Tensor, names: tuple[str, ...], scale: float, config: PerceptionConfig
 ) -> list[Detection]:
     """Read detections off a network's answer.
 
@@ -77,8 +75,8 @@ def decode(
         logits: (classes, rows, columns).
         offsets: (6, rows, columns), cells.
         names: The classes.
-        threshold: Least score.
-        scale: Pixels of the picture for each pixel of the network's input.
+        scale: Pixels of the image for each pixel of the network's input.
+        config: Least score, number and overlap of what is reported.
 
     Returns:
         The highest cells among their neighbours, highest score first; of two detections of one
@@ -86,12 +84,12 @@ def decode(
     """
     heat = torch.sigmoid(logits)
     peaks = heat * (heat == functional.max_pool2d(heat[None], 3, 1, 1)[0])
-    scores, order = peaks.flatten().topk(min(MOST, peaks.numel()))
-    kept: list[Detection] = []
+    scores, order = peaks.flatten().topk(min(config.max_detections, peaks.numel()))
+    found: list[Detection] = []
     cell = STRIDE * scale
     rows, columns = heat.shape[1:]
     for score, place in zip(scores.tolist(), order.tolist(), strict=True):
-        if score < threshold:
+        if score < config.threshold:
             break
         kind, inside = divmod(place, rows * columns)
         row, column = divmod(inside, columns)
@@ -99,18 +97,5 @@ def decode(
         u, v = column + 0.5 + du, row + 0.5 + dv
         sides = (u - left, v - top, u + right, v + bottom)
         x0, y0, x1, y1 = (cell * side for side in sides)
-        found = Detection(names[kind], score, (x0, y0, x1, y1), (cell * u, cell * v))
-        if all(overlap(found.box, other.box) <= SAME for other in kept):
-            kept.append(found)
-    return kept
-
-
-def overlap(
-    first: tuple[float, float, float, float], second: tuple[float, float, float, float]
-) -> float:
-    """Intersection over union of two boxes."""
-    width = min(first[2], second[2]) - max(first[0], second[0])
-    height = min(first[3], second[3]) - max(first[1], second[1])
-    shared = max(width, 0.0) * max(height, 0.0)
-    whole = sum(max(box[2] - box[0], 0.0) * max(box[3] - box[1], 0.0) for box in (first, second))
-    return shared / (whole - shared) if whole > shared else 0.0
+        found.append(Detection(names[kind], score, (x0, y0, x1, y1), (cell * u, cell * v)))
+    return distinct(found, config.merge_overlap)

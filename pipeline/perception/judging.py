@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from pipeline.errors import PerceptionError
 from pipeline.evaluation.detections import FALSE, FOUND, MISSED
-from pipeline.perception.detection import Detection, Detector
-from pipeline.perception.embedded import overlap
+from pipeline.perception.detection import Detection, Detector, overlap
 from pipeline.perception.pictures import Pictures
 from pipeline.perception.pinhole import Pinhole
 from pipeline.perception.studio import Label

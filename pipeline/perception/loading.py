@@ -37,9 +37,9 @@ def load_detector(
     if config.detector == "open_vocabulary":
         from pipeline.perception.open_vocabulary import OpenVocabularyDetector
 
-        return OpenVocabularyDetector(config.vocabulary, sorted(names or ()), config.threshold)
+        return OpenVocabularyDetector(config, sorted(names or ()))
     folder = Path(config.weights) if config.weights else shipped_detector(robot.name)
-    return EmbeddedDetector(load_centre_network(folder, robot.name, names), config.threshold)
+    return EmbeddedDetector(load_centre_network(folder, robot.name, names), config)
 
 
 def see(

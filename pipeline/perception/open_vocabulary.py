@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from pipeline.errors import PerceptionError
 from pipeline.packages import optional_package
-from pipeline.perception.config import OpenVocabularyConfig
-from pipeline.perception.detection import Detection, check_image
-from pipeline.perception.embedded import SAME, overlap
+from pipeline.perception.config import PerceptionConfig
+from pipeline.perception.detection import Detection, check_image, distinct
 
 
 class OpenVocabularyDetector:
@@ -27,15 +26,12 @@ class OpenVocabularyDetector:
         names: The classes; each is turned into a text by the prompt.
     """
 
-    def __init__(
-        self, config: OpenVocabularyConfig, names: Sequence[str], threshold: float
-    ) -> None:
+    def __init__(self, config: PerceptionConfig, names: Sequence[str]) -> None:
         """Load a model from a local folder; nothing is downloaded, and no code of it is run.
 
         Args:
-            config: Folder of the model, and the prompt.
+            config: Folder of the model, the prompt, and which detections are reported.
             names: Classes to look for.
-            threshold: Least score.
 
         Raises:
             PerceptionError: transformers is not installed, there is no such folder or no model in
@@ -43,9 +39,11 @@ class OpenVocabularyDetector:
         """
         if not names:
             raise PerceptionError("an open-vocabulary detector needs the names to look for")
-        self.names, self._threshold = tuple(names), threshold
-        self._texts = [config.prompt.format(name=name.replace("_", " ")) for name in names]
-        self._processor, self._model = _load(config.model)
+        self.names, self._config = tuple(names), config
+        self._texts = [
+            config.vocabulary.prompt.format(name=name.replace("_", " ")) for name in names
+        ]
+        self._processor, self._model = _load(config.vocabulary.model)
 
     def detect(self, image: NDArray[np.uint8]) -> list[Detection]:
         """Find objects in a picture (height, width, 3), highest score first.
@@ -60,7 +58,7 @@ class OpenVocabularyDetector:
         with torch.inference_mode():
             outputs = self._model(**inputs)
         (answer,) = self._processor.post_process_grounded_object_detection(
-            outputs, threshold=self._threshold, target_sizes=[image.shape[:2]]
+            outputs, threshold=self._config.threshold, target_sizes=[image.shape[:2]]
         )
         boxes = zip(
             answer["scores"].tolist(),
@@ -68,13 +66,11 @@ class OpenVocabularyDetector:
             answer["boxes"].tolist(),
             strict=True,
         )
-        kept: list[Detection] = []
+        found = []
         for score, kind, (x0, y0, x1, y1) in sorted(boxes, reverse=True):
             centroid = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
-            found = Detection(self.names[int(kind)], float(score), (x0, y0, x1, y1), centroid)
-            if all(overlap(found.box, other.box) <= SAME for other in kept):
-                kept.append(found)
-        return kept
+            found.append(Detection(self.names[int(kind)], score, (x0, y0, x1, y1), centroid))
+        return distinct(found[: self._config.max_detections], self._config.merge_overlap)
 
 
 def _load(folder: str | None) -> tuple[Any, Any]:

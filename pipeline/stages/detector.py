@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,7 +47,9 @@ def run(config: Config) -> list[Path]:
         pictures = _pictures(config, robot, work, held_out=False)
         trainer = DetectorTrainer(wanted, pictures, names, seed)
         trained = trainer.fit(work / "state.safetensors", digest, f"detector {robot.name}")
-        detector = EmbeddedDetector(halved(trained.network), ANY_SCORE)
+        detector = EmbeddedDetector(
+            halved(trained.network), replace(config.perception, threshold=ANY_SCORE)
+        )
         held_out = _pictures(config, robot, work, held_out=True)
         with bar(len(held_out), "picture", f"held out {robot.name}") as shown:
             rows = judge(detector, held_out, wanted.match_overlap, shown.update)
@@ -71,7 +74,7 @@ def run(config: Config) -> list[Path]:
         write_table(folder / "errors.parquet", rows, {**card, "commit": provenance.commit()})
         write_json(folder / "metrics.json", {**metrics, **times})
         draw_errors(folder, rows, names)
-        sure = EmbeddedDetector(trained.network, config.perception.threshold)
+        sure = EmbeddedDetector(trained.network, config.perception)
         if wanted.figure_pictures:
             draw_detections(folder / "detections.png", sure, held_out, wanted.figure_pictures)
         save_detector(folder, trained.network, {**card, **times})

@@ -67,7 +67,7 @@ def test_held_out_pictures_are_read_as_well_as_the_card_says(name: str) -> None:
     """A few pictures anew, at the size of the eye's, with other seeds than the card's."""
     robot, domain = load_robot(name), CONFIG.detector.held_out
     detector = EmbeddedDetector(
-        load_centre_network(shipped_detector(name), name), CONFIG.perception.threshold
+        load_centre_network(shipped_detector(name), name), CONFIG.perception
     )
     errors, objects = [], 0
     with Studio(robot, CONFIG.grasp, CONFIG.perception.eye, CONFIG.detector.visible) as studio:
