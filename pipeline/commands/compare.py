@@ -27,12 +27,7 @@ COMPUTED = ("evaluate", "plan")  # stages that leave raw rows and no metrics.jso
 def compare(arguments: list[str]) -> int:
     """Print the configuration keys and the metrics in which folders A and B differ."""
     parser = command_parser("compare", "What two results folders differ in.")
-    parser.add_argument(
-        "first",
-        metavar="A",
-        type=_folder,
-        help="a results folder",
-    )
+    parser.add_argument("first", metavar="A", type=_folder, help="a results folder")
     parser.add_argument("second", metavar="B", type=_folder, help="another one")
     options = parser.parse(arguments)
     first, second = options.first, options.second
@@ -60,14 +55,14 @@ def _configuration(results: Results) -> dict[str, Any]:
     for path, place in _artifacts(folder, "card.json"):
         flat.update(_flatten(read_json(path).get("config") or {}, f"{place}: "))
     for (robot, solver), facts in results.evaluated.items():
-        facts_of_run = {key: facts[key] for key in EVALUATED if facts.get(key) is not None}
-        facts_of_run["solver"] = (facts.get("solver_identity") or {}).get("settings") or {}
-        flat.update(_flatten(facts_of_run, f"evaluate/{robot}/{solver}: "))
+        evaluated = {key: facts[key] for key in EVALUATED if facts.get(key) is not None}
+        evaluated["solver"] = (facts.get("solver_identity") or {}).get("settings") or {}
+        flat.update(_flatten(evaluated, f"evaluate/{robot}/{solver}: "))
     if (folder / "config.yaml").exists():
         whole = OmegaConf.to_container(OmegaConf.load(folder / "config.yaml"))
         assert isinstance(whole, dict)
-        facts_of_run = {str(key): value for key, value in whole.items() if key not in IGNORED}
-        flat.update(_flatten(facts_of_run, "run: "))
+        of_run = {str(key): value for key, value in whole.items() if key not in IGNORED}
+        flat.update(_flatten(of_run, "run: "))
     return flat
 
 
