@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 
 from pipeline.artifacts import Artifacts, exclusive
 from pipeline.errors import MissingArtifactError
+from pipeline.progress import LOGGER
 from pipeline.seeding import derive_seed
 
 
@@ -50,6 +52,27 @@ def test_an_artifact_is_made_by_one_process_at_a_time_and_a_kill_frees_it(tmp_pa
     waiter.communicate()
     with exclusive(artifact) as waited:
         assert not waited
+
+
+def test_who_waits_for_an_artifact_says_so_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    artifact, held = tmp_path / "weights", threading.Event()
+    said: list[str] = []
+    monkeypatch.setattr(LOGGER, "info", lambda text, *values: said.append(text % values))
+
+    def hold() -> None:
+        with exclusive(artifact):
+            held.set()
+            time.sleep(0.3)
+
+    holder = threading.Thread(target=hold)
+    holder.start()
+    held.wait()
+    with exclusive(artifact) as waited:
+        assert waited
+    holder.join()
+    assert said == [f"another process is making {artifact}: waiting for it"]
 
 
 def test_seeds_follow_from_their_parts_alone() -> None:
