@@ -52,7 +52,7 @@ def main() -> None:
     print(f"{options.solver}, {options.pairs} pairs a robot, {options.threads} thread(s)\n")
     print(
         "| robot | in reach | median ms (< 5) | busy median | p90 | busy, other curves "
-        "| as asked % | with other curves % (>= 99) | largest tip error mm (< 1) "
+        "| as requested % | with other curves % (>= 99) | largest tip error mm (< 1) "
         "| beyond reach, planned % |"
     )
     print(f"|{'---|' * 10}")
