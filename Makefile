@@ -5,10 +5,12 @@ export PATH := $(BIN):$(PATH)
 export DVC_NO_ANALYTICS := 1
 export PYTHONHASHSEED := 0
 
-.PHONY: help environment reproduce test lint types unit slow smoke table2 table3 paper-numerical clean
+.PHONY: help environment reproduce status test lint types unit slow smoke table2 table3 paper-numerical clean
 
 help:
-	@echo "make reproduce   environment, then every stage through DVC, to tables, figures and report.html"
+	@echo "make reproduce   environment, then every stage through DVC, to tables, figures and report.html;"
+	@echo "                 PROFILE=smoke puts that scale (smoke, quick or paper) into conf/bench.yaml first"
+	@echo "make status      what of that an edit has made stale"
 	@echo "make test        environment, then lint, types and tests"
 	@echo "make smoke       every stage at toy scale without DVC, two minutes"
 	@echo "make slow        tests that take minutes"
@@ -20,14 +22,20 @@ environment:
 	@PYTHON="$(PYTHON)" .ci/environment
 
 reproduce: environment
+	@python -m pipeline dvc $(if $(PROFILE),profile=$(PROFILE)) >/dev/null
 	@dvc repro
 	@python -m pipeline paths
+
+status: environment
+	@python -m pipeline code
+	@dvc status
 
 test: lint types unit
 
 lint: environment
 	ruff check .
 	ruff format --check .
+	lint-imports --no-cache --no-logo
 
 types: environment
 	mypy

@@ -10,6 +10,7 @@ import importlib.util
 import time
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -94,9 +95,12 @@ class Solver(ABC):
         robot: The robot that it solves for.
         budget: Used where `solve` gets none.
         settings: Its YAML with overrides, as the registry made it; empty where made by hand.
+        weights: Folder of the trained weights that the registry made it with; None for a solver
+            without any.
     """
 
     name: str = ""
+    weights: Path | None = None
     requires: ClassVar[tuple[str, ...]] = ()
     budgets: ClassVar[frozenset[str]] = frozenset({"time_s", "iterations"})
     mimics: ClassVar[bool] = True

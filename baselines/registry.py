@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
+import inspect
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import cache, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType, NoneType, UnionType
+from typing import TYPE_CHECKING, Any, Union, get_args, get_origin, get_type_hints
 
 import yaml
 
 from baselines.errors import SettingError, SkippedSolver, SolverError, UnknownSolverError
 from baselines.protocol import Solver
+from robots.locations import conf_dir
+from robots.suggestions import unknown_name
 
 if TYPE_CHECKING:
     from robots import Robot
 
-FOLDER = Path(__file__).parents[1] / "conf" / "solver"
+FOLDER = conf_dir() / "solver"
+TARGET = "_target_"
+Settings = Mapping[str, Mapping[str, Any]]
+
+_OF_RUN: ContextVar[Settings] = ContextVar("settings of the run", default=MappingProxyType({}))
 
 
 def names() -> tuple[str, ...]:
@@ -24,24 +35,52 @@ def names() -> tuple[str, ...]:
 
 
 def settings(name: str) -> dict[str, Any]:
-    """The settings of a solver as its YAML has them, `_target_` included.
+    """The settings of a solver, ``_target_`` included: its YAML's, or within `using` a run's own.
+
+    Raises:
+        UnknownSolverError: No solver is called `name`.
+        SolverError: Its YAML is broken or does not name a class.
+    """
+    return {**file_settings(name), **_OF_RUN.get().get(name, {})}
+
+
+def file_settings(name: str) -> dict[str, Any]:
+    """The settings of a solver as its YAML has them, ``_target_`` included.
 
     Raises:
         UnknownSolverError: No solver is called `name`.
         SolverError: Its YAML is broken or does not name a class.
     """
     if name not in names():
-        close = difflib.get_close_matches(name, names(), n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else "."
-        raise UnknownSolverError(f"unknown solver {name!r}{hint} Solvers are: {', '.join(names())}")
+        raise UnknownSolverError(unknown_name("solver", name, names()))
     path = FOLDER / f"{name}.yaml"
+    return dict(_read(path, path.stat().st_mtime_ns))
+
+
+@lru_cache(maxsize=128)
+def _read(path: Path, changed_ns: int) -> dict[str, Any]:
+    """The content of a solver's YAML; a file that was changed is read again."""
     try:
         values = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise SolverError(f"{path} is not YAML: {' '.join(str(error).split())}") from error
-    if not isinstance(values, dict) or not isinstance(values.get("_target_"), str):
-        raise SolverError(f"{path}: expected a mapping with `_target_: module.Class`")
+    if not isinstance(values, dict) or not isinstance(values.get(TARGET), str):
+        raise SolverError(f"{path}: expected a mapping with `{TARGET}: module.Class`")
     return values
+
+
+@contextmanager
+def using(of_run: Settings) -> Iterator[None]:
+    """Let every solver that is made inside have the settings of a run, kernels of others included.
+
+    Args:
+        of_run: Settings by solver; what it leaves out is as in the YAML.
+    """
+    before = _OF_RUN.set(of_run)
+    try:
+        yield
+    finally:
+        _OF_RUN.reset(before)
 
 
 def solver_class(name: str) -> type[Solver]:
@@ -52,7 +91,7 @@ def solver_class(name: str) -> type[Solver]:
         SolverError: The class cannot be imported or is no `Solver`.
         SkippedSolver: Its module needs a package that is not installed.
     """
-    target = settings(name)["_target_"]
+    target = file_settings(name)[TARGET]
     module_name, _, class_name = target.rpartition(".")
     try:
         found = getattr(importlib.import_module(module_name), class_name)
@@ -98,32 +137,81 @@ def load(name: str, robot: Robot, **overrides: Any) -> Solver:
         SkippedSolver: It cannot run here.
     """
     values = settings(name)
-    del values["_target_"]
+    del values[TARGET]
     for key, value in overrides.items():
-        _check_override(name, key, value, values)
+        check_setting(name, key, value)
     reason = skip(name, robot)
     if reason is not None:
         raise SkippedSolver(f"solver {name!r} is skipped for {robot.name}: {reason}")
     effective = {**values, **overrides}
     solver = solver_class(name)(robot, **effective)
     solver.name, solver.settings = name, effective
+    if effective.get("weights"):
+        solver.weights = Path(effective["weights"])
     return solver
 
 
-def _check_override(name: str, key: str, value: object, values: dict[str, Any]) -> None:
+def check_setting(name: str, key: str, value: object) -> None:
+    """Refuse a setting that a solver does not have, and a value of another type.
+
+    Raises:
+        UnknownSolverError: No solver is called `name`.
+        SettingError: It has no such setting, or one of another type.
+    """
+    values = {k: v for k, v in file_settings(name).items() if k != TARGET}
     if key not in values:
-        close = difflib.get_close_matches(key, values, n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise SettingError(
-            f"solver {name!r} has no setting {key!r}{hint} (settings: {', '.join(values)})"
-        )
-    expected = values[key]
-    if expected is None or value is None:
+        raise SettingError(f"solver {name!r}: {unknown_name('setting', key, values)}")
+    expected = setting_types(name).get(key, ())
+    if value is None and values[key] is None:
         return
-    if isinstance(expected, float) and isinstance(value, int) and not isinstance(value, bool):
+    if isinstance(value, int) and not isinstance(value, bool) and float in expected:
         return
-    if type(value) is not type(expected):
+    if expected and type(value) not in expected:
+        kinds = " or ".join("null" if kind is NoneType else kind.__name__ for kind in expected)
         raise SettingError(
-            f"solver {name!r}: setting {key!r} is a {type(expected).__name__} "
-            f"(such as {expected!r}), got {value!r}"
+            f"solver {name!r}: setting {key!r} is a {kinds} (such as {values[key]!r}), got "
+            f"{value!r}"
         )
+
+
+def setting_types(name: str) -> dict[str, tuple[type, ...]]:
+    """Return what types the settings of a solver may have.
+
+    They are those of the parameters of its class, or of the class's bases where these take them;
+    where a class only hands a setting on, or needs a package that is not installed, that of the
+    value in the YAML. A value that is null there without a type may be anything: no types.
+
+    Raises:
+        UnknownSolverError: No solver is called `name`.
+    """
+    try:
+        declared = _parameter_types(solver_class(name))
+    except SolverError:
+        declared = {}
+    values = {key: value for key, value in file_settings(name).items() if key != TARGET}
+    told = {key: () if value is None else (type(value),) for key, value in values.items()}
+    return {key: declared.get(key, told[key]) for key in values}
+
+
+@cache
+def _parameter_types(owner: type[Solver]) -> dict[str, tuple[type, ...]]:
+    """Plain types of the keyword parameters of a class and its bases, the class's own first."""
+    found: dict[str, tuple[type, ...]] = {}
+    for base in owner.__mro__:
+        init = vars(base).get("__init__")
+        if not inspect.isfunction(init):
+            continue
+        names_of = {k: v for k, v in init.__annotations__.items() if k not in ("robot", "return")}
+        known = {"Robot": Any, **init.__globals__}
+        for key, hint in get_type_hints(_Hints(names_of), known).items():
+            kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+            if all(isinstance(kind, type) for kind in kinds):
+                found.setdefault(key, kinds)
+    return found
+
+
+class _Hints:
+    """Something with annotations, for `get_type_hints`: a function's own without its robot."""
+
+    def __init__(self, annotations: dict[str, Any]) -> None:
+        self.__annotations__ = annotations

@@ -54,7 +54,6 @@ from robots.sampling import ChunkExecutor, Samples, sample_configurations
 ROBOTS = ("nicol", "fetch", "panda", "valkyrie", "nico")  # the longest training first
 SPLITS = ("train", "validation", "test")
 HELD_OUT = 10_000  # validation poses of a curve
-NO_CLIP = 1e30
 STABILITY_DRAWS, STABILITY_STEPS = 8, 1500
 SATURATED = 0.99  # of a joint's half range: where tanh is flat
 RATIOS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # position weight per rotation weight
@@ -213,7 +212,7 @@ class Plan:
             train = self.data.configs[name].train
             recipes = {
                 "published": _as_published(train),
-                "warm_up": replace(train, gradient_clip=NO_CLIP),
+                "warm_up": replace(train, gradient_clip=None),
                 "clipped": replace(train, warm_up_steps=0),
                 "stable": train,
             }
@@ -279,7 +278,7 @@ class Plan:
 
 
 def _as_published(train: TrainConfig) -> TrainConfig:
-    return replace(train, warm_up_steps=0, gradient_clip=NO_CLIP)
+    return replace(train, warm_up_steps=0, gradient_clip=None)
 
 
 class Recorder:

@@ -2,7 +2,7 @@
 
     python benchmarks/perception.py [nico nicol] [pictures]
 
-Random layouts under the light of the trials: share of the things that are found, and the error of
+Random layouts under the light of the trials: share of the objects that are found, and the error of
 their place on the table, for each named perturbation of `conf/perception`. Times are processor time
 of one thread. The limits of a calibrated scene: 8 mm on average, 20 mm for 95 %.
 """

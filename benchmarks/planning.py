@@ -4,7 +4,7 @@
 
 Straight paths between random collision-free configurations, both ends given as poses. Median times
 are those of plans whose path stays in reach, path, query, repair and any other curve included;
-`busy` is the processor time of the planning thread, for machines that have other things to do.
+`busy` is the processor time of the planning thread, for machines that have other work to do.
 Limits stand in the header: below 5 ms, at least 99 % without a flip, below 1 mm.
 """
 
@@ -52,7 +52,7 @@ def main() -> None:
     print(f"{options.solver}, {options.pairs} pairs a robot, {options.threads} thread(s)\n")
     print(
         "| robot | in reach | median ms (< 5) | busy median | p90 | busy, other curves "
-        "| as asked % | with other curves % (>= 99) | largest tip error mm (< 1) "
+        "| as requested % | with other curves % (>= 99) | largest tip error mm (< 1) "
         "| beyond reach, planned % |"
     )
     print(f"|{'---|' * 10}")

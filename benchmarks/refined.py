@@ -28,7 +28,7 @@ from pipeline.learning.refined import RefinedSolver
 from robots import Robot, available_robots, load_robot
 
 SEED = 11
-QUERIES = 500  # at most, of a batch size; smaller batches are asked that many times
+QUERIES = 500  # at most, of a batch size; smaller batches run that many times
 PEAK_SIZE = 768  # of the square matrices whose product stands for the peak of one core
 
 

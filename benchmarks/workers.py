@@ -1,6 +1,6 @@
 """Wall time against workers on this machine, and on paper what a hundred machines would make of it.
 
-    python benchmarks/workers.py [--workers 1 2] [--engine engine=joblib] [--only tune ...]
+    python benchmarks/workers.py [--workers 1 2] [--engine engine=ray] [--only tune ...]
                                  [--size 1.0] [--figure FOLDER]
 
 The project is to be installed (`pip install -e .`) and the machine to be left alone meanwhile. Four
@@ -26,7 +26,7 @@ from scaling import WORKS, Model, Times, Work, fitted
 
 from pipeline.config import compose
 from pipeline.presentation.style import LOOKS, legend_below, logarithmic, panels, save, styled
-from pipeline.stages import run_stage
+from pipeline.stages.running import run_stage
 from pipeline.tuning.space import draw
 from pipeline.tuning.storage import open_store
 from pipeline.tuning.study import open_study, run_trials
@@ -43,9 +43,9 @@ def timed(work: Work, units: int, workers: int, engine: list[str]) -> tuple[floa
         common = [*engine, f"engine.workers={workers}", *QUIET, f"results_dir={folder}"]
         if work.prepared:
             run_stage("dataset", compose([*common, *work.prepared]))
-        told = [item.format(units) for item in work.overrides]
-        told += [f"dataset.workers={workers}"] if work.stage == "dataset" else []
-        config = compose([*common, *told])
+        overrides = [item.format(units) for item in work.overrides]
+        overrides += [f"dataset.workers={workers}"] if work.stage == "dataset" else []
+        config = compose([*common, *overrides])
         began, busy = time.perf_counter(), time.process_time()
         run_stage(work.stage, config)
         return time.perf_counter() - began, time.process_time() - busy
@@ -135,10 +135,10 @@ def main() -> None:
         alone, together = model.seconds(1), model.seconds(MACHINES)
         parts = model.parts(MACHINES)
         limit = max(parts, key=lambda name: parts[name])
-        told = ", ".join(f"{name} {value:.1f} s" for name, value in parts.items() if value > 0.05)
+        shares = ", ".join(f"{name} {value:.1f} s" for name, value in parts.items() if value > 0.05)
         print(
             f"| {model.work.title} | {alone / 60:.1f} | {together / 60:.2f} | "
-            f"{alone / together:.0f} | {limit} ({told}) |"
+            f"{alone / together:.0f} | {limit} ({shares}) |"
         )
     for model in models:
         if model.work.trial:

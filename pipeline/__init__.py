@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from baselines import Budget
+    from pipeline.loading import load_solver
     from pipeline.planning import plan_motion
-    from pipeline.solvers import load_solver
     from robots import load_robot
 
 __all__ = ["Budget", "load_robot", "load_solver", "plan_motion"]
@@ -23,7 +23,7 @@ __all__ = ["Budget", "load_robot", "load_solver", "plan_motion"]
 _HOMES = {
     "Budget": "baselines",
     "load_robot": "robots",
-    "load_solver": "pipeline.solvers",
+    "load_solver": "pipeline.loading",
     "plan_motion": "pipeline.planning",
 }
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import fcntl
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+
+from filelock import FileLock, Timeout
 
 from pipeline.errors import MissingArtifactError
 from pipeline.progress import LOGGER
@@ -60,7 +60,7 @@ class Artifacts:
         return self.root / "plan" / robot
 
     def detector(self, robot: str) -> Path:
-        """Folder of the trained detector of a robot's things."""
+        """Folder of the trained detector of a robot's objects."""
         return self.root / "detector" / robot
 
     def grasp(self, robot: str) -> Path:
@@ -68,7 +68,7 @@ class Artifacts:
         return self.root / "grasp" / robot
 
     def grasp_agent(self, robot: str, setting: str) -> Path:
-        """Folder of the trials of a robot that sees or is spoken to, such as camera-policy."""
+        """Folder of the trials of a robot with a camera or an agent, such as camera-policy."""
         return self.root / "grasp_agent" / robot / setting
 
     def chat(self, robot: str) -> Path:
@@ -111,7 +111,7 @@ def exclusive(path: Path) -> Iterator[bool]:
     """Hold a lock on an artifact while it is made, so that two runs never write it together.
 
     A killed `dvc repro` can leave its stage running; the next call then waits for that stage
-    instead of racing it. The operating system drops the lock with its process.
+    instead of racing it. The operating system releases the lock with its process.
 
     Args:
         path: The artifact.
@@ -119,21 +119,16 @@ def exclusive(path: Path) -> Iterator[bool]:
     Yields:
         Whether another process held the lock first.
     """
-    lock = path.parent / f".{path.name}.lock-holder"
-    lock.parent.mkdir(parents=True, exist_ok=True)
-    with lock.open("a+", encoding="utf-8") as stream:
-        waited = False
-        try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            stream.seek(0)
-            LOGGER.info("process %s is making %s: waiting for it", stream.read().strip(), path)
-            fcntl.flock(stream, fcntl.LOCK_EX)
-            waited = True
-        stream.truncate(0)
-        stream.write(str(os.getpid()))
-        stream.flush()
-        try:
-            yield waited
-        finally:
-            stream.truncate(0)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(path.parent / f".{path.name}.lock")
+    waited = False
+    try:
+        lock.acquire(blocking=False)
+    except Timeout:
+        LOGGER.info("another process is making %s: waiting for it", path)
+        lock.acquire()
+        waited = True
+    try:
+        yield waited
+    finally:
+        lock.release()

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+COUNTS = {2: "two", 3: "three", 4: "four"}
+
 
 def positive(key: str, value: float) -> None:
     """Refuse zero, negative and non-finite numbers; a value still missing (``???``) passes."""
@@ -45,10 +47,17 @@ def interval(key: str, ends: Iterable[float]) -> None:
     """Refuse anything but two ends, the lower one first; a value still missing passes."""
     if isinstance(ends, str):
         return
-    items = list(ends)
-    if len(items) != 2:
-        raise ValueError(f"{key} must be two numbers, from and to, got {items}")
-    ordered(key, *items)
+    numbers(key, ends, 2)
+    ordered(key, *ends)
+
+
+def numbers(key: str, values: Iterable[float], count: int) -> None:
+    """Refuse anything but a list of ``count`` numbers; a value still missing passes."""
+    if isinstance(values, str):
+        return
+    items = list(values)
+    if len(items) != count:
+        raise ValueError(f"{key} must be {COUNTS[count]} numbers, got {items}")
 
 
 def one_of(key: str, value: str, valid: Iterable[str]) -> None:

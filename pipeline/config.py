@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -13,18 +15,31 @@ from typing import Any, cast
 import yaml
 from hydra import compose as hydra_compose
 from hydra import initialize_config_dir
+from hydra._internal.defaults_list import DefaultsList
+from hydra.core.config_store import ConfigStore
+from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Glob, Override
 from hydra.errors import HydraException
+from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from baselines import SolverError, registry
+from pipeline.containers import to_dict
 from pipeline.data.files import Document, read_yaml
-from pipeline.errors import ConfigError, choices
+from pipeline.errors import ConfigError
+from pipeline.locations import CONF_DIR
 from pipeline.settings import Config
+from robots.locations import home
+from robots.suggestions import unknown_name
 
-CONF_DIR = Path(__file__).resolve().parent.parent / "conf"
-ROOT_KEYS_OF_YAML = {"from": "source"}  # train.from: a Python keyword cannot name a field
+ROOT = "config"  # conf/config.yaml, where composition starts
+PASSWORD_OF_USER = re.compile(r"(://[^:/@\s]*:)\S*@")
+PASSWORD_OF_QUERY = re.compile(r"([?&]password=)[^&\s]*")
+NAMES_IN_YAML = {"from": "source"}  # train.from: a Python keyword cannot name a field
+SOLVER, EVERY = "solver", "every"  # the one group of which a run has every file, not one
+OWNERS = ("profile", "experiment")  # groups that own keys of others, and explain what they set
 
 COMPOSING = Lock()  # Hydra holds its state once for all threads of a process
 
@@ -36,7 +51,8 @@ def compose(overrides: Sequence[str] = ()) -> Config:
         overrides: Hydra overrides, for example ``["robot=nico", "train.learning_rate=1.0e-4"]``.
 
     Returns:
-        The configuration as dataclasses.
+        The configuration as dataclasses. Its results folder is absolute: one among the overrides is
+        relative to where the user stands, that of conf/config.yaml to the checkout.
 
     Raises:
         ConfigError: An unknown key or choice, a wrong type, or a value that cannot be.
@@ -49,7 +65,11 @@ def compose(overrides: Sequence[str] = ()) -> Config:
                 "or write a list in brackets: key=[a,b]"
             )
     _check_names(parsed)
-    return _to_dataclass(_compose_raw(overrides))
+    raw = _compose_raw(overrides)
+    typed = any(override.key_or_group == "results_dir" for override in parsed)
+    if Path(raw.results_dir) != Path():
+        raw.results_dir = str((Path.cwd() if typed else home()) / raw.results_dir)
+    return _to_dataclass(raw)
 
 
 def sweep(overrides: Sequence[str]) -> list[list[str]]:
@@ -88,6 +108,64 @@ def _matching(override: Override, pattern: Glob) -> list[str]:
     return found
 
 
+@dataclass(frozen=True)
+class Source:
+    """A file under conf/ that a run is composed of.
+
+    Attributes:
+        path: The file.
+        package: Where in the configuration its keys stand, such as ``train`` or ``plan.motion``;
+            empty for the root.
+    """
+
+    path: Path
+    package: str
+
+
+def sources(overrides: Sequence[str] = ()) -> list[Source]:
+    """Return the files that a run is composed of, in the order in which later ones win.
+
+    Raises:
+        ConfigError: A choice of a group that does not exist.
+    """
+    found = _defaults(overrides).defaults
+    read = [
+        Source(CONF_DIR / f"{item.config_path}.yaml", item.package or "")
+        for item in found
+        if item.config_path not in (None, f"{SOLVER}/{EVERY}")
+        and not item.config_path.startswith("hydra/")
+    ]
+    solvers = [
+        Source(registry.FOLDER / f"{name}.yaml", f"{SOLVER}.{name}") for name in registry.names()
+    ]
+    return [*solvers, *read]
+
+
+def chosen(overrides: Sequence[str] = ()) -> dict[str, str]:
+    """Return the choice of each group of a run, in the order of conf/config.yaml.
+
+    Raises:
+        ConfigError: A choice of a group that does not exist.
+    """
+    known = _defaults(overrides).overrides.known_choices
+    return {
+        group: choice
+        for group, choice in known.items()
+        if group != SOLVER and choice and "@" not in group and not group.startswith("hydra/")
+    }
+
+
+def values(overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """Return the values of a run as conf/ and the overrides have them, before they are checked."""
+    return cast(dict[str, Any], OmegaConf.to_container(_compose_raw(overrides), resolve=True))
+
+
+def _defaults(overrides: Sequence[str]) -> DefaultsList:
+    with _hydra():
+        loader = GlobalHydra.instance().config_loader()
+        return loader.compute_defaults_list(ROOT, list(overrides), RunMode.RUN)
+
+
 def bench_lists() -> dict[str, Any]:
     """Return conf/bench.yaml: the profile and the lists that `all` and `make reproduce` run.
 
@@ -104,15 +182,18 @@ def group_choices(group: str) -> list[str]:
 
 
 def to_yaml(config: Config) -> str:
-    """Return the configuration as YAML, keys in the order of the schema."""
-    container = OmegaConf.to_container(OmegaConf.structured(config), resolve=True)
-    return OmegaConf.to_yaml(_rename(container, {v: k for k, v in ROOT_KEYS_OF_YAML.items()}))
+    """Return the configuration as YAML, keys in the order of the schema, without passwords."""
+    renamed = _renamed(to_dict(config), {v: k for k, v in NAMES_IN_YAML.items()})
+    return without_passwords(OmegaConf.to_yaml(renamed))
 
 
-def to_dict(config: Any) -> dict[str, Any]:
-    """Return a configuration dataclass as plain containers, ready for JSON."""
-    container = OmegaConf.to_container(OmegaConf.structured(config), resolve=True)
-    return cast(dict[str, Any], container)
+def without_passwords(text: str) -> str:
+    """Return a text with asterisks for the passwords of the addresses in it.
+
+    Args:
+        text: Such as ``tune.storage=postgresql://user:password@host/database``.
+    """
+    return PASSWORD_OF_QUERY.sub(r"\1***", PASSWORD_OF_USER.sub(r"\1***@", text))
 
 
 def _parse(overrides: Sequence[str]) -> list[Override]:
@@ -125,15 +206,46 @@ def _parse(overrides: Sequence[str]) -> list[Override]:
 
 
 def _compose_raw(overrides: Sequence[str]) -> DictConfig:
+    with _hydra():
+        return hydra_compose(config_name=ROOT, overrides=list(overrides))
+
+
+@contextmanager
+def _hydra() -> Iterator[None]:
+    """Hydra with conf/ and all solvers, for one thread at a time; its errors become ours."""
     try:
         with COMPOSING, initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
-            return hydra_compose(config_name="config", overrides=list(overrides))
+            ConfigStore.instance().store(EVERY, _solver_settings(), SOLVER)
+            yield
     except yaml.YAMLError as error:
         raise ConfigError(
             f"a file under conf/ is not YAML: {' '.join(str(error).split())}"
         ) from error
     except (HydraException, OmegaConfBaseException) as error:
-        raise ConfigError(_first_line(error)) from error
+        raise ConfigError(_no_recipe(str(error)) or _first_line(error)) from error
+    except SolverError as error:
+        raise ConfigError(str(error)) from error
+
+
+def _solver_settings() -> dict[str, dict[str, Any]]:
+    """The settings of each solver as its file has them, without the class that they are for."""
+    every = {name: registry.file_settings(name) for name in registry.names()}
+    return {
+        name: {key: value for key, value in values.items() if key != registry.TARGET}
+        for name, values in every.items()
+    }
+
+
+def _no_recipe(message: str) -> str:
+    """What to do about a model without a recipe of its name; empty for any other message."""
+    found = re.search(r"Could not find 'train/(\w+)'", message)
+    if found is None:
+        return ""
+    name = found[1]
+    return (
+        f"model={name} has no recipe conf/train/{name}.yaml: write one, or name another one with "
+        f"train=...: {', '.join(group_choices('train'))}"
+    )
 
 
 @cache
@@ -152,8 +264,15 @@ def _check_names(parsed: Sequence[Override]) -> None:
             keys.append(override)
             continue
         value = override.value()
-        if value is not None and str(value) not in group_choices(key):
-            raise ConfigError(choices(key, str(value), group_choices(key)))
+        if key == SOLVER:
+            raise ConfigError(
+                f"'{override.input_line}': a run has the settings of all solvers, as "
+                f"solver.<name>.<key>; which of them it takes, keys such as evaluate.solvers say"
+            )
+        if key == OWNERS[1] and value is None:
+            continue
+        if str(value) not in group_choices(key):
+            raise ConfigError(unknown_name(key, str(value), group_choices(key)))
         groups.append(cast(str, override.input_line))
     for override in keys:
         if override.is_delete():
@@ -171,15 +290,16 @@ def _check_key(base: DictConfig, key: str, adds: bool) -> None:
             if adds and walked[:2] == ["tune", "space"]:
                 return  # search spaces are data: a new axis is the user's right
             where = "key" if not walked else f"key in {'.'.join(walked)}:"
-            raise ConfigError(f"{key}: " + choices(where, part, [str(name) for name in keys]))
+            raise ConfigError(f"{key}: " + unknown_name(where, part, [str(name) for name in keys]))
         walked.append(part)
         node = node._get_node(part) if OmegaConf.is_missing(node, part) else node[part]
 
 
 def _to_dataclass(raw: DictConfig) -> Config:
     try:
-        container = OmegaConf.to_container(raw, resolve=True)
-        renamed = OmegaConf.create(_rename(container, ROOT_KEYS_OF_YAML))
+        container = cast(dict[str, Any], OmegaConf.to_container(raw, resolve=True))
+        _check_solvers(container[SOLVER])
+        renamed = OmegaConf.create(_renamed(container, NAMES_IN_YAML))
         merged = OmegaConf.merge(OmegaConf.structured(Config), renamed)
         missing = sorted(OmegaConf.missing_keys(merged))
         if missing:
@@ -194,10 +314,25 @@ def _to_dataclass(raw: DictConfig) -> Config:
         raise ConfigError(_first_line(error)) from error
 
 
-def _rename(node: Any, names: dict[str, str]) -> Any:
-    if isinstance(node, dict):
-        return {names.get(key, key): _rename(value, names) for key, value in node.items()}
-    return [_rename(item, names) for item in node] if isinstance(node, list) else node
+def _check_solvers(solvers: dict[str, dict[str, Any]]) -> None:
+    """Refuse a setting that differs from the solver's file and is of another type.
+
+    Raises:
+        ConfigError: There is one.
+    """
+    for name, own in _solver_settings().items():
+        for key, value in solvers[name].items():
+            if value != own[key] or type(value) is not type(own[key]):
+                try:
+                    registry.check_setting(name, key, value)
+                except SolverError as error:
+                    raise ConfigError(f"{SOLVER}.{name}.{key}: {error}") from error
+
+
+def _renamed(container: dict[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
+    """The configuration with keys of train under other names."""
+    train = {names.get(key, key): value for key, value in container["train"].items()}
+    return {**container, "train": train}
 
 
 def _first_line(error: BaseException) -> str:

@@ -1,26 +1,31 @@
-"""Errors that a user can mend: the command line prints them as one line and exits with 2."""
+"""Errors that a user can correct: the command line prints them as one line and exits with 2."""
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable
-
 
 class PipelineError(ValueError):
-    """Bad input, said in a sentence that names what was expected and what to do."""
+    """Bad input, in one sentence that names what was expected and what to do."""
 
 
 class ConfigError(PipelineError):
-    """A configuration key or value that cannot be."""
+    """A configuration key or value that is not possible."""
 
 
 class MissingArtifactError(PipelineError):
     """A stage needs what another stage has not yet written."""
 
 
-def choices(kind: str, name: str, valid: Iterable[str]) -> str:
-    """Say that ``name`` is no ``kind``, which one is meant perhaps, and which there are."""
-    names = sorted(valid)
-    close = difflib.get_close_matches(name, names, n=1)
-    hint = f"; did you mean '{close[0]}'?" if close else "."
-    return f"there is no {kind} '{name}'{hint} Valid: {', '.join(names)}"
+class EngineError(PipelineError):
+    """An engine that cannot start, or tasks whose workers died."""
+
+
+class GraspError(PipelineError):
+    """A scene that cannot be built, or a robot that has none."""
+
+
+class PerceptionError(PipelineError):
+    """A camera that is not possible, a detector that does not fit, or an image of another kind."""
+
+
+class SpeechError(PipelineError):
+    """Speech that is not available here; says what is missing and how to get it."""

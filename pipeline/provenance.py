@@ -10,9 +10,13 @@ import subprocess
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pipeline import config as configuration
+from pipeline.containers import to_dict
+from robots.locations import FOLDER
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 PACKAGES = (
     "numpy",
@@ -29,7 +33,7 @@ PACKAGES = (
     "pyarrow",
     "dvc",
 )
-ROOT = Path(__file__).resolve().parent.parent
+NO_COMMIT = "no commit"
 
 
 @cache
@@ -56,12 +60,17 @@ def machine() -> dict[str, Any]:
 
 @cache
 def commit() -> str:
-    """Return the commit of this checkout, with ``+changes`` where files differ from it."""
+    """Return the commit of this checkout, with ``+changes`` where files differ from it.
+
+    Where there is no checkout under git (an unpacked archive, an installed package), "no commit".
+    """
     try:
+        if Path(_git("rev-parse", "--show-toplevel")) != FOLDER:  # a repository around this one
+            return NO_COMMIT
         head = _git("rev-parse", "--short=12", "HEAD")
         return f"{head}+changes" if _git("status", "--porcelain", "-uno") else head
     except (OSError, subprocess.CalledProcessError):
-        return "unknown"
+        return NO_COMMIT
 
 
 def digest(content: Any) -> str:
@@ -69,7 +78,7 @@ def digest(content: Any) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def card(*sections: str, config: configuration.Config, **facts: Any) -> dict[str, Any]:
+def card(*sections: str, config: Config, **facts: Any) -> dict[str, Any]:
     """Return the card that lies beside an artifact.
 
     Args:
@@ -77,7 +86,7 @@ def card(*sections: str, config: configuration.Config, **facts: Any) -> dict[str
         config: The configuration of the run.
         **facts: What else there is to say: seeds, counts, checksums, metrics.
     """
-    whole = configuration.to_dict(config)
+    whole = to_dict(config)
     used = {name: whole[name] for name in ("seed", *sections)}
     return {**facts, "config": used, **made_by()}
 
@@ -92,7 +101,7 @@ def made_by() -> dict[str, Any]:
 
 
 def _git(*arguments: str) -> str:
-    command = ["git", "-C", str(ROOT), *arguments]
+    command = ["git", "-C", str(FOLDER), *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
 

@@ -1,49 +1,21 @@
-"""Solvers by name, neural ones included: what the stages and a user's notebook call."""
+"""What solvers need, neural ones included: kinds of networks, checks before a run, budgets."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 import baselines
 from baselines import SettingError, SkippedSolver, Solver
-from baselines.registry import settings, solver_class
+from baselines.registry import file_settings, solver_class
 from pipeline.errors import ConfigError
-from pipeline.learning.weights import CARD, WeightsError, kind_of, shipped_weights
-from pipeline.provenance import ROOT
 from robots import Robot
+from robots.locations import home
 
 if TYPE_CHECKING:
     from pipeline.learning.solver import NeuralSolver
-
-RESULTS = ROOT / "results"
-PROFILES = ("quick", "paper", "smoke")  # where trained weights are looked for, best scale first
-MODELS = ("compact", "paper")  # before any other architecture, which go by name
-
-
-def load_solver(name: str, robot: Robot, weights: Path | None = None, **overrides: Any) -> Solver:
-    """Make a solver for a robot.
-
-    Args:
-        name: Any name of `python -m pipeline solvers`.
-        robot: The robot to solve for.
-        weights: Folder of trained weights for a neural solver; where left out, the weights of
-            this checkout's own runs are looked for.
-        **overrides: Settings of conf/solver/<name>.yaml to replace.
-
-    Returns:
-        The solver; `solver.solve(poses)` answers poses (N, 7).
-
-    Raises:
-        SolverError: Unknown name or setting, or a package is missing.
-        WeightsError: A neural solver without weights for this robot.
-    """
-    if is_neural(name):
-        if weights is None:
-            weights = find_weights(robot.name, *models_of(overrides.get("proposer", name)))
-        overrides["weights"] = str(weights)
-    return baselines.load(name, robot, **overrides)
+    from pipeline.settings import Config
 
 
 def is_neural(name: str) -> bool:
@@ -52,7 +24,7 @@ def is_neural(name: str) -> bool:
     Raises:
         UnknownSolverError: There is no solver of that name.
     """
-    return "weights" in settings(name)
+    return "weights" in file_settings(name)
 
 
 def check_solvers(requested: Mapping[str, Iterable[str]], robot: Robot) -> None:
@@ -68,7 +40,7 @@ def check_solvers(requested: Mapping[str, Iterable[str]], robot: Robot) -> None:
     """
     for key, names in requested.items():
         for name in names:
-            settings(name)
+            file_settings(name)
             if reason := baselines.skip(name, robot):
                 raise SkippedSolver(
                     f"{key}: solver '{name}' cannot run for {robot.name}: {reason}; take another "
@@ -102,40 +74,35 @@ def models_of(name: str) -> tuple[tuple[str, ...], str]:
         SkippedSolver: It cannot run here.
         SettingError: It, or its proposer, is no neural solver.
     """
-    proposer = settings(name).get("proposer", name)
+    proposer = file_settings(name).get("proposer", name)
     if not is_neural(proposer):
         raise SettingError(f"solver '{proposer}' has no network that could be trained or refined")
     solver = cast("type[NeuralSolver]", solver_class(proposer))
     return solver.kinds, solver.default_model
 
 
-def find_weights(robot: str, kinds: Collection[str], model: str) -> Path:
-    """Return the folder of the trained weights of a robot, of the default profile first.
-
-    Where this checkout trained none, the weights that come with the project are taken.
-
-    Args:
-        robot: Name of the robot.
-        kinds: Kinds of networks whose weights will do.
-        model: What to train (conf/model) where there are none.
+def check_budgets(config: Config) -> None:
+    """Refuse a solver's own budget where that of the evaluation is in its place.
 
     Raises:
-        WeightsError: Nothing of these kinds was trained for this robot yet.
+        ConfigError: A run sets such a budget.
     """
-    for profile in PROFILES:
-        cards = (RESULTS / profile / "train" / robot).glob(f"*/{CARD}")
-        fitting = (card.parent for card in cards if kind_of(card.parent) in kinds)
-        if folders := sorted(fitting, key=_preference):
-            return folders[0]
-    shipped = shipped_weights(robot)
-    if (shipped / CARD).exists() and kind_of(shipped) in kinds:
-        return shipped
-    raise WeightsError(
-        f"there are no trained weights of kind {' or '.join(kinds)} for {robot}; train with: "
-        f"python -m pipeline train robot={robot} model={model}"
-    )
+    for name in config.evaluate.solvers:
+        for key in ("time_s", "iterations"):
+            wanted, ours = config.solver[name].get(key), getattr(config.evaluate, key)
+            if ours is not None and wanted != file_settings(name).get(key):
+                raise ConfigError(
+                    f"solver.{name}.{key}={wanted} would do nothing: evaluate.{key}={ours} is in "
+                    f"its place; set evaluate.{key}=null as well, or set that"
+                )
 
 
-def _preference(folder: Path) -> tuple[int, str]:
-    rank = MODELS.index(folder.name) if folder.name in MODELS else len(MODELS)
-    return rank, folder.name
+def weights_told(solver: Solver) -> str:
+    """Say where the weights of a solver come from; empty for a solver without any."""
+    return told_path(solver.weights) if solver.weights else ""
+
+
+def told_path(folder: Path) -> str:
+    """Return a path as results have it: relative to the checkout where it lies in there."""
+    whole = folder.resolve()
+    return str(whole.relative_to(home())) if whole.is_relative_to(home()) else str(whole)

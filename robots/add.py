@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from robots.description import FILE, FOLDER, Description
 from robots.errors import RobotError, SamplingError
+from robots.locations import conf_dir
 from robots.robot import Robot, load_robot
 from robots.urdf import Urdf
 from robots.urdf_writer import write_urdf
 
 Array = NDArray[np.float64]
 
-CONF = FOLDER.parent / "conf" / "robot"
+CONF = conf_dir() / "robot"
 # The robot whose experiment values a new one starts from.
 MODEL = "panda"
 # Random configurations behind the share in collision and the search for a free home.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ import yaml
 from numpy.typing import NDArray
 
 from robots.errors import DescriptionError, UnknownRobotError
+from robots.suggestions import unknown_name
 from robots.viewpoints import Camera, Picture
 
 Array = NDArray[np.float64]
@@ -73,9 +73,7 @@ def find_description(name: str, folder: Path = FOLDER) -> Description:
     """
     choices = available_robots(folder)
     if name not in choices:
-        close = difflib.get_close_matches(name, choices, n=1)
-        hint = f"; did you mean '{close[0]}'?" if close else ""
-        raise UnknownRobotError(f"no robot '{name}', expected one of {', '.join(choices)}{hint}")
+        raise UnknownRobotError(unknown_name("robot", name, choices))
     return read_description(folder / name / FILE)
 
 

@@ -57,11 +57,11 @@ def say_and_sleep(path: str) -> None:
 
 
 def hold_core(path: str) -> int:
-    """The place of a core, written down while it is held, until told to let it go."""
+    """The place of a core, written down while it is held."""
     with own_cores(1) as place:
-        told = Path(path).with_suffix(f".{place}")
-        assert not told.exists(), "another task holds this core"
-        told.write_text("")
+        mark = Path(path).with_suffix(f".{place}")
+        assert not mark.exists(), "another task holds this core"
+        mark.write_text("")
         time.sleep(0.3)
-        told.unlink()
+        mark.unlink()
     return place

@@ -17,7 +17,7 @@ LATE += ("applyExternalForce", "applyExternalTorque", "changeDynamics", "loadURD
 
 
 def guard(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
-    """Refuse calls that would move or hold a thing by other means than joints and contacts.
+    """Refuse calls that would move or hold an object by other means than joints and contacts.
 
     Args:
         monkeypatch: Of the test.

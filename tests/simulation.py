@@ -68,7 +68,7 @@ class Simulation:
 
         Args:
             within: Pairs farther apart than this are not looked at; it is returned then. Above 0:
-                asked for contacts alone PyBullet overlooks boxes that touch, unless the body was
+                queried for contacts alone PyBullet overlooks boxes that touch, unless the body was
                 loaded with `URDF_USE_SELF_COLLISION`.
         """
         body = self.body

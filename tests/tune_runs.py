@@ -114,7 +114,7 @@ def check_total(folder: Path, total: int, cut_off: int) -> pd.DataFrame:
 
     Args:
         folder: Results folder.
-        total: Trials that were asked for.
+        total: Requested trials.
         cut_off: Trials whose worker was killed.
     """
     trials = pd.read_csv(folder / "tune" / "nico" / "trials.csv")

@@ -16,13 +16,13 @@ FACES = ("neutral", "happiness", "sadness", "surprise", "anger", "fear", "disgus
 
 @dataclass(frozen=True)
 class Action:
-    """One thing to do.
+    """One action.
 
     Attributes:
         kind: One of `KINDS`.
         target: Name of an object in view (grasp, push, point, look), a place (look), or an
             expression (face); empty for speak and done.
-        text: What is spoken; empty but for speak.
+        text: The words of a speak action; empty for the others.
     """
 
     kind: str

@@ -42,7 +42,7 @@ class EndpointConfig:
     tools: bool = MISSING
 
     def __post_init__(self) -> None:
-        """Refuse addresses that are none or hold a password, and times that cannot be."""
+        """Refuse addresses that are none or hold a password, and times that are not possible."""
         if self.base_url is not None and self.base_url != "???":
             check_address("agent.endpoint.base_url", self.base_url)
         for name in ("timeout_s", "deadline_s"):
@@ -78,16 +78,16 @@ class VocabularyConfig:
     idle: list[str] = MISSING
 
     def __post_init__(self) -> None:
-        """Refuse words for what there is not."""
+        """Refuse words for meanings that do not exist."""
         for key, meanings in MEANINGS.items():
-            told = getattr(self, key)
-            for meaning in told if isinstance(told, dict) else ():
+            phrases = getattr(self, key)
+            for meaning in phrases if isinstance(phrases, dict) else ():
                 one_of(f"agent.vocabulary.{key}", meaning, meanings)
 
 
 @dataclass
 class AgentConfig:
-    """Who answers instructions, and what bounds a turn."""
+    """The source of answers to instructions, and the bounds of a turn."""
 
     kind: str = MISSING
     actions: list[str] = MISSING
@@ -126,4 +126,4 @@ def check_address(key: str, address: str) -> None:
     if parts is None or parts.scheme not in ("http", "https") or not host:
         raise ValueError(f"{key} must read like http://localhost:8000/v1, got no such address")
     if parts.username or parts.password:
-        raise ValueError(f"{key} must not hold a user or password: addresses stand in the results")
+        raise ValueError(f"{key} must not hold a user or password: addresses appear in the results")

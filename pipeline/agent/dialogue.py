@@ -22,7 +22,7 @@ from pipeline.agent.transcript import Transcript
 
 @dataclass(frozen=True)
 class Turn:
-    """What one reply came to.
+    """The result of one reply.
 
     Attributes:
         actions: What to do, in order; none if there is a problem.
@@ -38,7 +38,7 @@ class Turn:
 
     @property
     def finished(self) -> bool:
-        """Whether the agent says that the instruction is fulfilled, or the turn came to nothing."""
+        """Whether the agent says that the instruction is fulfilled, or the turn failed."""
         return bool(self.problem) or any(action.kind == "done" for action in self.actions)
 
 
@@ -105,7 +105,7 @@ class Agent:
         return self._turn(GO_ON, sightings)
 
     def report(self, outcome: str) -> None:
-        """Say what an action came to; the model reads it in the next user turn."""
+        """Report the result of an action; the model reads it in the next user turn."""
         self._outcomes.append(outcome)
         self._transcript.add("body", outcome)
 

@@ -19,6 +19,7 @@ from pipeline.agent.config import EndpointConfig, check_address
 from pipeline.agent.errors import AgentError, ModelError, Reason, SetupError
 from pipeline.agent.model import Message
 from pipeline.agent.tools import tags_of_calls, tool_schema
+from pipeline.packages import optional_package
 
 LARGEST = 1 << 20  # bytes of an answer; a reply of the longest kind is a thousandth of it
 NO_KEY = "none"  # what servers that need no key are sent: the client refuses an empty one
@@ -28,7 +29,7 @@ class Endpoint:
     """A chat endpoint.
 
     Attributes:
-        name: The model's name, which stands in rows and transcripts.
+        name: The model's name, which appears in rows and transcripts.
     """
 
     def __init__(self, config: EndpointConfig, kinds: Sequence[str] = ()) -> None:
@@ -41,7 +42,7 @@ class Endpoint:
         Raises:
             SetupError: The package `openai`, the address, the model's name or the key is missing.
         """
-        openai = _package()
+        openai = optional_package("agent=endpoint", SetupError)
         self._config = config
         self.name = _setting(config.model, "OPENAI_MODEL", "agent.endpoint.model", "NAME")
         address = _setting(
@@ -124,9 +125,9 @@ class Endpoint:
 
 
 def resolved(config: EndpointConfig) -> EndpointConfig:
-    """Return the settings with the model and the address that the environment tells.
+    """Return the settings with the model and the address that the environment sets.
 
-    Rows depend on these two as well, wherever they were told.
+    Rows depend on these two as well, wherever they are set.
     """
     model = config.model or os.environ.get("OPENAI_MODEL")
     return replace(
@@ -156,7 +157,7 @@ def _reply_of(body: bytes) -> str:
 
 def _as_model_error(error: Exception, timeout_s: float) -> AgentError:
     """A fault of the line as a reason; its own words may hold the key and are left out."""
-    openai = _package()
+    openai = optional_package("agent=endpoint", SetupError)
     if isinstance(error, AgentError):
         return error
     if isinstance(error, openai.APITimeoutError) or "Timeout" in type(error).__name__:
@@ -164,16 +165,6 @@ def _as_model_error(error: Exception, timeout_s: float) -> AgentError:
     if isinstance(error, openai.APIStatusError):
         return ModelError(Reason.REFUSED, f"the endpoint answered with status {error.status_code}")
     return ModelError(Reason.CONNECTION, f"no connection ({type(error).__name__})")
-
-
-def _package() -> Any:
-    try:
-        import openai
-    except ImportError as error:
-        raise SetupError(
-            "agent=endpoint needs the package openai: pip install 'cycleik-bench[agent]'"
-        ) from error
-    return openai
 
 
 def _setting(value: str | None, variable: str, key: str, example: str) -> str:

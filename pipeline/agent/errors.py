@@ -8,7 +8,7 @@ from pipeline.errors import PipelineError
 
 
 class Reason(StrEnum):
-    """Why a turn came to no actions. The value stands in rows and transcripts."""
+    """Why a turn has no actions. The value appears in rows and transcripts."""
 
     NO_ACTION = "no_action"  # words without a single tag
     HALF_TAG = "half_tag"  # a bracket that belongs to no whole tag
@@ -18,7 +18,7 @@ class Reason(StrEnum):
     TOO_LONG = "too_long"  # more characters than a reply may have
     TOO_MANY_ACTIONS = "too_many_actions"  # more actions than a reply may have
     LOOP = "loop"  # the same action, or the same reply, again and again
-    TOO_MANY_TURNS = "too_many_turns"  # an instruction that does not come to an end
+    TOO_MANY_TURNS = "too_many_turns"  # an instruction that does not end
     TIMEOUT = "timeout"  # no answer in time
     CONNECTION = "connection"  # nobody listens, or the line broke
     REFUSED = "refused"  # the endpoint answered with an error status
@@ -41,7 +41,7 @@ class AgentError(PipelineError):
 
 
 class TagError(AgentError):
-    """A reply that is not in the tag language, or asks for what cannot be."""
+    """A reply that is not in the tag language, or requests what is not possible."""
 
 
 class ModelError(AgentError):

@@ -1,4 +1,4 @@
-"""What an instruction comes to, and how one of several objects is chosen by its place."""
+"""The meaning of an instruction, and how one of several objects is chosen by its place."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class Intent:
 
 @dataclass
 class Understanding:
-    """What an instruction comes to.
+    """The meaning of an instruction.
 
     Attributes:
         intents: What to do, in order.
-        remarks: What to say about what can not be done.
+        remarks: What to say about what cannot be done.
         spared: Objects that are not to be touched.
         floating: Objects named without a verb.
     """
@@ -42,7 +42,7 @@ class Understanding:
     floating: list[str] = field(default_factory=list)
 
 
-def spoken(name: str) -> str:
+def as_words(name: str) -> str:
     """Return a name as it is said."""
     return name.replace("_", " ")
 

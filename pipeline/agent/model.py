@@ -26,7 +26,7 @@ class LanguageModel(Protocol):
     """What answers messages.
 
     Attributes:
-        name: What stands in rows and transcripts.
+        name: Its name in rows and transcripts.
     """
 
     name: str

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 from pipeline.agent.action import Action
 from pipeline.agent.config import VocabularyConfig
-from pipeline.agent.intents import Intent, Understanding, article, spoken
+from pipeline.agent.intents import Intent, Understanding, article, as_words
 from pipeline.agent.lexicon import Lexicon, Token, normalise
 from pipeline.agent.model import Message
 from pipeline.agent.scene_text import GO_ON, SILENCE, Seen, read_user_text
@@ -45,7 +45,7 @@ class Policy:
     """Understands plain requests and says so where it does not.
 
     Attributes:
-        name: What stands in rows and transcripts.
+        name: Its name in rows and transcripts.
     """
 
     name = "policy"
@@ -90,7 +90,7 @@ def _compose(found: Understanding, answers: Sequence[str], text: str) -> str:
     parts = [*answers, *dict.fromkeys(found.remarks)]
     parts += [_act(intent) for intent in found.intents]
     if found.spared:
-        names = " and ".join(f"the {spoken(name)}" for name in found.spared)
+        names = " and ".join(f"the {as_words(name)}" for name in found.spared)
         parts.append(f"I leave {names}.")
     if not found.intents and found.floating:
         parts.append(Action("look", found.floating[0]).as_tag())
@@ -102,7 +102,7 @@ def _compose(found: Understanding, answers: Sequence[str], text: str) -> str:
 def _act(intent: Intent) -> str:
     if intent.kind == "speak":
         return Action("speak", text=intent.target).as_tag()
-    words = _PHRASES[intent.kind].format(spoken(intent.target))
+    words = _PHRASES[intent.kind].format(as_words(intent.target))
     return f"{words} {Action(intent.kind, intent.target).as_tag()}".strip()
 
 
@@ -122,7 +122,7 @@ def _answer(
         if name in places:
             side = "in the middle" if places[name] == "middle" else f"on the {places[name]}"
             look = Action("look", name).as_tag()
-            return f"I see the {spoken(name)} {side}. {look}", name
+            return f"I see the {as_words(name)} {side}. {look}", name
         absent = token.value("absent")
         if absent is not None:
             return f"I do not see {article(absent)} {absent}.", last
@@ -130,7 +130,7 @@ def _answer(
     members = [name for name in places if group is None or name in groups[group]]
     if not members:
         return "I see nothing of that kind on the table.", last
-    names = [f"{article(spoken(name))} {spoken(name)}" for name in members]
+    names = [f"{article(as_words(name))} {as_words(name)}" for name in members]
     listed = ", ".join(names[:-1]) + (" and " if names[1:] else "") + names[-1]
     return f"I see {listed}.", last
 

@@ -52,7 +52,7 @@ def seen_at(name: str, x: float, y: float, score: float, middle: float = 0.05) -
 
 
 def labelled(sightings: Iterable[Seen]) -> dict[str, Seen]:
-    """Return what is seen by labels that are safe in a prompt and differ from each other.
+    """Return what is in view under labels that are safe in a prompt and differ from each other.
 
     Of several sightings of one name the most certain counts: an action names a class.
     """
@@ -84,12 +84,12 @@ def harmless(text: str, longest: int) -> str:
 
 
 def user_text(instruction: str, labels: dict[str, Seen], outcomes: Sequence[str]) -> str:
-    """Return a user turn: the instruction, what the last actions came to, what is seen now.
+    """Return a user turn: the instruction, the results of the last actions, what is seen now.
 
     Args:
         instruction: The user's words, harmless already.
         labels: What is seen, from `labelled`.
-        outcomes: What the last actions came to.
+        outcomes: Results of the last actions.
     """
     lines = [instruction, ""]
     lines += [OUTCOME + harmless(each, OUTCOME_CHARACTERS) for each in outcomes]

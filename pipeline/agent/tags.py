@@ -2,10 +2,10 @@
 
     reply   = { text | "<" kind ">" content "</" kind ">" | "<done/>" }
     kind    = grasp | push | point | look | face | speak | done
-    text    = characters but "<" and ">", at least one of them a letter or digit to be spoken
+    text    = characters but "<" and ">", at least one of them a letter or digit to be said
     content = characters but "<" and ">"
 
-Text is spoken where it stands. Tags do not nest, have no attributes and are lower-case. A reply has
+Text is said where it stands. Tags do not nest, have no attributes and are lower-case. A reply has
 at least one tag. A bracket anywhere else makes the whole reply invalid: none of it is carried out.
 """
 

@@ -1,4 +1,4 @@
-"""The transcript of a run: every message with what became of it, as JSON lines."""
+"""The transcript of a run: every message with its result, as JSON lines."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Transcript:
         Args:
             role: system, user, assistant or body.
             text: What was said; a reply as the model gave it.
-            actions: What it asked for.
+            actions: What it requests.
             problem: Reason code and sentence, or nothing.
         """
         self.entries.append(

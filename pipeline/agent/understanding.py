@@ -1,7 +1,7 @@
 """From the tokens of an instruction to intents: what is to be done with which object, in order.
 
 A small machine that reads from left to right and keeps the last verb: "grasp the banana and the
-pear, then point at it" are three intents. It guesses nothing: what it can not place is a remark.
+pear, then point at it" are three intents. It guesses nothing: what it cannot place is a remark.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pipeline.agent.action import OF_OBJECTS
-from pipeline.agent.intents import ORDERS, Intent, Understanding, article, pick, spoken
+from pipeline.agent.intents import ORDERS, Intent, Understanding, article, as_words, pick
 from pipeline.agent.lexicon import STOP, Lexicon, Token, is_noun, token_at
 from pipeline.agent.scene_text import Seen
 
@@ -33,7 +33,7 @@ class Reader:
             lexicon: Meanings of words.
             seen: What is in view; names are labels.
             groups: Words for several objects, and their names.
-            last: The object that was spoken of before, which "it" means.
+            last: The object that was mentioned before, which "it" means.
         """
         self._lexicon, self._groups = lexicon, groups
         self._seen = {each.name: each for each in seen}
@@ -47,7 +47,7 @@ class Reader:
         self._unknown = ""
 
     def read(self, tokens: Sequence[Token]) -> Understanding:
-        """Return what the tokens come to."""
+        """Return the meaning of the tokens."""
         skip = 0
         for at, token in enumerate(tokens):
             if skip:
@@ -58,7 +58,7 @@ class Reader:
         self._end_verb()
         if not self.found.intents and not self.found.remarks:
             for name in self.found.floating[:1]:
-                self.found.remarks.append(f"What shall I do with the {spoken(name)}?")
+                self.found.remarks.append(f"What shall I do with the {as_words(name)}?")
         return self.found
 
     def _take(self, token: Token, before: Token | None, rest: Sequence[Token]) -> int:

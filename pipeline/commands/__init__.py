@@ -1,34 +1,114 @@
-"""What the command line offers: stages and their sweeps, and commands for looking around."""
+"""What the command line offers: stages and their sweeps, and commands for looking around.
+
+A command is imported when it is called, so that `--help` does not wait for what others need.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
 
-from pipeline.commands.benchmark import benchmark
-from pipeline.commands.chat import chat
-from pipeline.commands.claims import claims
-from pipeline.commands.compare import compare
-from pipeline.commands.export_weights import export_weights
-from pipeline.commands.look import doctor, paths, robot, robots, solvers
-from pipeline.commands.readme import readme
-from pipeline.commands.run import everything, stage
-from pipeline.commands.table import table
+from pipeline.errors import PipelineError
+from pipeline.stages.graph import STAGES
+from robots.suggestions import unknown_name
 
-Command = Callable[[list[str]], int]
-COMMANDS: dict[str, Command] = {
-    "all": everything,
-    "benchmark": benchmark,
-    "chat": chat,
-    "robots": robots,
-    "robot": robot,
-    "solvers": solvers,
-    "claims": claims,
-    "compare": compare,
-    "doctor": doctor,
-    "paths": paths,
-    "readme": readme,
-    "export-weights": export_weights,
-    "table": table,
+
+@dataclass(frozen=True)
+class Command:
+    """A command beside the stages.
+
+    Attributes:
+        home: Module in this package and function, which takes the arguments and returns a status.
+        summary: What it does, with an example.
+    """
+
+    home: str
+    summary: str
+
+
+RUNNING = {
+    "all": Command(
+        "run.everything",
+        "every stage above but sample and compare-tuned, without DVC: robots=[...]",
+    ),
+    "benchmark": Command(
+        "benchmark.benchmark",
+        "evaluate the numerical solvers on all robots, unattended: benchmark profile=paper",
+    ),
+    "chat": Command(
+        "chat.chat", "talk to a robot at its table, by text or by speech: chat robot=nicol"
+    ),
 }
+LOOKING = {
+    "robots": Command("look.robots", "the robots, their joints and limits"),
+    "robot": Command(
+        "look.robot", "robot add FILE: bring one of your own; robot picture NAME: draw one anew"
+    ),
+    "solvers": Command("look.solvers", "the inverse-kinematics solvers and what each needs"),
+    "compare": Command(
+        "compare.compare",
+        "what two results folders changed, in configuration and figures: compare A B",
+    ),
+    "doctor": Command("look.doctor", "versions, threads, accelerator, and what is missing"),
+    "paths": Command("look.paths", "where the tables, figures and the report are"),
+    "table": Command(
+        "table.table", "Table II or III of the paper from the raw rows, in seconds: table table2"
+    ),
+    "export-weights": Command(
+        "export_weights.export_weights",
+        "put trained weights beside the robot's description: export-weights robot=panda",
+    ),
+    "claims": Command(
+        "claims.claims",
+        "every published number beside ours, and every claim of the paper with a verdict",
+    ),
+    "dvc": Command(
+        "dvc.dvc",
+        "write dvc.yaml from the graph of stages; dvc profile=smoke sets that scale as well",
+    ),
+    "code": Command("dvc.code", "write down what code each step depends on: DVC runs it first"),
+    "readme": Command(
+        "readme.readme", "renew the table and the picture of README.md from the last run"
+    ),
+}
+COMMANDS = RUNNING | LOOKING
+# Commands by their old names, for one release.
+ALIASES = {"contest": "compare-tuned", "ship": "export-weights", "where": "paths"}
 
-__all__ = ["COMMANDS", "stage"]
+
+def run_command(name: str, arguments: list[str]) -> int:
+    """Run a stage or a command and return its status.
+
+    Raises:
+        PipelineError: There is no command of that name, or it refuses its arguments.
+    """
+    name = ALIASES.get(name, name)
+    if name in STAGES:
+        from pipeline.commands.run import stage
+
+        return stage(name, arguments)
+    if name not in COMMANDS:
+        raise PipelineError(unknown_name("command", name, [*STAGES, *COMMANDS]))
+    module, _, function = COMMANDS[name].home.partition(".")
+    command = getattr(import_module(f"pipeline.commands.{module}"), function)
+    return int(command(arguments))
+
+
+def listing() -> str:
+    """Return the list of all stages and commands with what they do."""
+    running = {name: stage.summary for name, stage in STAGES.items()}
+    running |= {name: command.summary for name, command in RUNNING.items()}
+    looking = {name: command.summary for name, command in LOOKING.items()}
+    return "\n".join(
+        [
+            "Stages, in the order they build on each other, and commands that run them:",
+            *_lines(running),
+            "",
+            "Looking around:",
+            *_lines(looking),
+        ]
+    )
+
+
+def _lines(summaries: dict[str, str]) -> list[str]:
+    return [f"  {name:<14}  {summary}" for name, summary in summaries.items()]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from pipeline.commands.arguments import command_parser
 from pipeline.config import bench_lists, compose
 from pipeline.engine.config import LOCAL, EngineConfig
 from pipeline.engine.cores import usable_cores
@@ -12,33 +13,32 @@ from pipeline.engine.running import one_machine, workers_of
 from pipeline.errors import PipelineError
 from pipeline.evaluation.side_by_side import EvaluationJob, jobs_in_turns, run_jobs
 from pipeline.solvers import check_solvers
-from pipeline.stages.inputs import artifacts, dataset_of, robot_of
+from pipeline.stages.inputs import artifacts, robot_of
+from pipeline.stages.running import make_dataset
 
 LISTS = ("robots", "numerical", "unpinned")
-HELP = """\
-python -m pipeline benchmark [robots=[panda,nico]] [numerical=[lm,placo]] [unpinned=[trac_ik]]
-                             [processes=2] [engine=slurm] [profile=paper] [key=value ...]
+DESCRIPTION = """\
+benchmark [robots=[panda,nico]] [numerical=[lm,placo]] [unpinned=[trac_ik]] [processes=2]
+          [engine=slurm] [profile=paper] [key=value ...]
 
 Evaluates every solver of `numerical` on every robot, `processes` at a time, each pinned to a core
 of its own and robot by robot in turns, then those of `unpinned` alone on all cores. What is left
 out comes from conf/bench.yaml; `processes` is `engine.workers` in short, and on another engine than
-local that key counts. Whole rows of the same question are kept: killed and called again it goes on.
+local that key counts. Tables of the same key are kept: killed and called again it continues.
 Datasets that are missing are made first.
 """
 
 
 def benchmark(arguments: list[str]) -> int:
     """Run the field; status 1 if an evaluation failed."""
-    if any(flag in arguments for flag in ("-h", "--help")):
-        print(HELP, end="")
-        return 0
-    lists, overrides = _lists(arguments)
+    options = command_parser("benchmark", DESCRIPTION).takes_overrides().parse(arguments)
+    lists, overrides = _lists(options.overrides)
     engine = _engine(lists, overrides)
     robots, solvers, unpinned = (lists[name] for name in LISTS)
     for robot in robots:  # a typo or a missing package stops before the first hour, not after it
         config = compose([*overrides, f"robot={robot}"])
         check_solvers({"numerical": solvers, "unpinned": unpinned}, robot_of(config))
-        dataset_of(config)
+        make_dataset(config)
     jobs = jobs_in_turns(robots, solvers, unpinned)
     root = artifacts(compose(overrides)).root
 
@@ -82,7 +82,7 @@ def _lists(arguments: list[str]) -> tuple[dict[str, Any], list[str]]:
             own[key] = [name.strip() for name in value.strip("[]").split(",") if name.strip()]
         elif key == "processes":
             own |= {key: _count(value), "given": True}
-        elif argument.startswith("-") or key in ("robot", "evaluate.solvers"):
+        elif key in ("robot", "evaluate.solvers"):
             raise PipelineError(f"benchmark takes robots=[...] and numerical=[...], got {argument}")
         else:
             overrides.append(argument)

@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 from pipeline.config import compose
+from pipeline.locations import need_checkout
 from pipeline.presentation.published import read_published
 from pipeline.presentation.table import Table
-from pipeline.provenance import ROOT
 from pipeline.reporting.claims import claims_table, every_claim, read_claims
 from pipeline.reporting.evidence import Evidence
 from pipeline.reporting.numbers import Setting, every_number, numbers_table
@@ -26,7 +26,7 @@ def claims(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m pipeline claims", description=HELP)
     parser.add_argument("--write", metavar="FOLDER", type=Path, help="write both tables there too")
     folder = parser.parse_args(arguments).write
-    for table in closing_tables(ROOT / "results"):
+    for table in closing_tables(need_checkout("the table of claims") / "results"):
         print(table.to_markdown())
         for path in table.write(folder) if folder else ():
             print(path, file=sys.stderr)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentTypeError
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -10,9 +11,9 @@ from typing import Any
 import pandas as pd
 from omegaconf import OmegaConf
 
+from pipeline.commands.arguments import command_parser
 from pipeline.config import compose
 from pipeline.data.files import read_json
-from pipeline.errors import PipelineError
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.metrics_file import headline_metrics
 from pipeline.reporting.results import STAGES, Results, read_results
@@ -25,12 +26,11 @@ COMPUTED = ("evaluate", "plan")  # stages that leave raw rows and no metrics.jso
 
 def compare(arguments: list[str]) -> int:
     """Print the configuration keys and the metrics in which folders A and B differ."""
-    if arguments[:1] in (["-h"], ["--help"]) or len(arguments) != 2:
-        if len(arguments) != 2 and "-h" not in arguments and "--help" not in arguments:
-            raise PipelineError("usage: python -m pipeline compare A B, two results folders")
-        print("python -m pipeline compare A B: two results folders, such as those of a sweep")
-        return 0
-    first, second = (_folder(argument) for argument in arguments)
+    parser = command_parser("compare", "What two results folders differ in.")
+    parser.add_argument("first", metavar="A", type=_folder, help="a results folder")
+    parser.add_argument("second", metavar="B", type=_folder, help="another one")
+    options = parser.parse(arguments)
+    first, second = options.first, options.second
     print(f"A = {first}\nB = {second}\n")
     a, b = read_results(first), read_results(second)
     _print_differences("configuration", _configuration(a), _configuration(b))
@@ -42,7 +42,7 @@ def compare(arguments: list[str]) -> int:
 def _folder(argument: str) -> Path:
     folder = Path(argument)
     if not folder.is_dir():
-        raise PipelineError(f"there is no folder {argument}; compare takes two results folders")
+        raise ArgumentTypeError(f"there is no folder {argument}")
     return folder
 
 
@@ -55,14 +55,14 @@ def _configuration(results: Results) -> dict[str, Any]:
     for path, place in _artifacts(folder, "card.json"):
         flat.update(_flatten(read_json(path).get("config") or {}, f"{place}: "))
     for (robot, solver), facts in results.evaluated.items():
-        told = {key: facts[key] for key in EVALUATED if facts.get(key) is not None}
-        told["solver"] = (facts.get("solver_identity") or {}).get("settings") or {}
-        flat.update(_flatten(told, f"evaluate/{robot}/{solver}: "))
+        evaluated = {key: facts[key] for key in EVALUATED if facts.get(key) is not None}
+        evaluated["solver"] = (facts.get("solver_identity") or {}).get("settings") or {}
+        flat.update(_flatten(evaluated, f"evaluate/{robot}/{solver}: "))
     if (folder / "config.yaml").exists():
         whole = OmegaConf.to_container(OmegaConf.load(folder / "config.yaml"))
         assert isinstance(whole, dict)
-        told = {str(key): value for key, value in whole.items() if key not in IGNORED}
-        flat.update(_flatten(told, "run: "))
+        of_run = {str(key): value for key, value in whole.items() if key not in IGNORED}
+        flat.update(_flatten(of_run, "run: "))
     return flat
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from pathlib import Path
 
+from pipeline.agent.loading import load_agent
 from pipeline.embodiment.body import Body
 from pipeline.embodiment.chat import Chat
-from pipeline.embodiment.grasp_all import agents
 from pipeline.embodiment.perception import make_perception
 from pipeline.embodiment.row import row_setup
 from pipeline.embodiment.scene_objects import SceneObjects
@@ -18,7 +18,11 @@ from pipeline.settings import Config
 from pipeline.solvers import check_solvers
 from pipeline.speech import load_recogniser, load_synthesiser
 from pipeline.speech.microphone import record
-from pipeline.stages.inputs import artifacts, detector_of, solver_of
+from pipeline.stages.eyes import detector_of
+from pipeline.stages.graph import STAGES
+from pipeline.stages.inputs import artifacts
+from pipeline.stages.running import with_weights
+from pipeline.stages.solvers import solver_of
 from robots import Robot
 
 PROMPT = "> "
@@ -29,7 +33,7 @@ def converse(config: Config, robot: Robot) -> None:
 
     Args:
         config: Scene, senses, agent and speech.
-        robot: Who is spoken to.
+        robot: The robot of the conversation.
 
     Raises:
         PipelineError: The robot has no scene, or its detector or its agent is missing.
@@ -37,11 +41,12 @@ def converse(config: Config, robot: Robot) -> None:
     grasp = config.grasp
     scene_config = required_scene(grasp, robot.name)
     check_solvers({"grasp.solver": [grasp.solver]}, robot)
+    config = with_weights(config, STAGES["grasp"].solver_names(config))
     solver = solver_of(grasp.solver, robot, config)
     repair = solver_of(grasp.repair, robot, config) if grasp.repair else None
     detector = detector_of(robot, config) if config.perception.source == "camera" else None
     perception = make_perception(config.perception, grasp, robot, detector)
-    agent = agents(config.agent, robot.name)()
+    agent = load_agent(config.agent, robot.name)
     with Scene(robot, scene_config, grasp.physics, grasp.gui) as scene:
         objects = SceneObjects(scene, grasp, row_setup(grasp, robot.name, 0, config.seed))
         scene.wait(grasp.physics.settle_s)

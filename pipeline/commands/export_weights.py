@@ -7,6 +7,7 @@ from typing import Any
 
 import torch
 
+from pipeline.commands.arguments import command_parser
 from pipeline.config import compose
 from pipeline.data.dataset import read_split
 from pipeline.errors import PipelineError
@@ -19,27 +20,26 @@ from robots import Robot
 
 LARGEST_BYTES = 3_000_000  # what a repository bears for each robot
 RUN_ONLY = ("run", "machine", "weights_sha256")
-HELP = """\
-python -m pipeline export-weights robot=panda [model=compact] [results_dir=results/quick]
+DESCRIPTION = """\
+export-weights robot=panda [model=compact] [results_dir=results/quick]
 
 Copies the weights that `train` made to robots/<name>/weights, where a solver finds them right after
 installation. Numbers are kept in half precision; the errors on the test poses are measured with
 them as they are kept, and go into the card.
 
-python -m pipeline export-weights detector robot=nicol [results_dir=results/quick]
+export-weights detector robot=nicol [results_dir=results/quick]
 
 Copies the detector that the stage `detector` trained to robots/<name>/detector likewise.
 """
 
 
 def export_weights(arguments: list[str]) -> int:
-    """Export the weights of one robot; a run's own weights go on taking precedence over them."""
-    if arguments[:1] in (["-h"], ["--help"]):
-        print(HELP, end="")
-        return 0
-    if arguments[:1] == ["detector"]:
-        return _export_detector(compose(arguments[1:]))
-    config = compose(arguments)
+    """Export the weights of one robot; a run's own weights keep their precedence."""
+    parser = command_parser("export-weights", DESCRIPTION).takes_overrides()
+    overrides = parser.parse(arguments).overrides
+    if overrides[:1] == ["detector"]:
+        return _export_detector(compose(overrides[1:]))
+    config = compose(overrides)
     robot = robot_of(config)
     folders = artifacts(config)
     source = folders.train(robot.name, config.model.name)
@@ -82,10 +82,10 @@ def _export_detector(config: Config) -> int:
     card = read_detector_card(source, robot.name)
     target = shipped_detector(robot.name)
     save_detector(target, network, {k: v for k, v in card.items() if k not in RUN_ONLY})
-    told = card["held_out"]
+    quality = card["held_out"]
     print(
-        f"{target}: mAP50 {told['map50']:.3f}, {told['position_error_mm']:.1f} mm on "
-        f"{told['pictures']} held-out pictures"
+        f"{target}: mAP50 {quality['map50']:.3f}, {quality['position_error_mm']:.1f} mm on "
+        f"{quality['pictures']} held-out pictures"
     )
     return 0
 

@@ -12,16 +12,18 @@ from collections.abc import Callable
 import numpy as np
 
 import baselines
+from baselines import SkippedSolver
 from baselines.registry import settings
 from pipeline import provenance
+from pipeline.commands.arguments import command_parser
 from pipeline.config import bench_lists
-from pipeline.errors import PipelineError
-from pipeline.speech.available import missing_parts
+from pipeline.learning.weights import WeightsError
+from pipeline.loading import find_weights
+from pipeline.locations import need_checkout, results
+from pipeline.packages import missing_parts
+from pipeline.solvers import told_path
 from robots import available_robots, load_robot
-
-HELP_FLAGS = ("-h", "--help")
-ADD_USAGE = "python -m pipeline robot add my.urdf --base BASE --tip TIP [--name NAME]"
-PICTURE_USAGE = "python -m pipeline robot picture NAME"
+from robots.locations import home
 
 
 def _plain(command: Callable[[], int]) -> Callable[[list[str]], int]:
@@ -29,12 +31,7 @@ def _plain(command: Callable[[], int]) -> Callable[[list[str]], int]:
 
     @functools.wraps(command)
     def run(arguments: list[str]) -> int:
-        name = command.__name__
-        if any(flag in arguments for flag in HELP_FLAGS):
-            print(f"python -m pipeline {name}\n\n{inspect.getdoc(command)}")
-            return 0
-        if arguments:
-            raise PipelineError(f"`{name}` takes no arguments, got {' '.join(arguments)}")
+        command_parser(command.__name__, inspect.getdoc(command) or "").parse(arguments)
         return command()
 
     return run
@@ -77,7 +74,7 @@ def doctor() -> int:
         torch.cuda.get_device_name() if torch.cuda.is_available() else "none (CPU is used)"
     )
     print(f"accelerator: {accelerator}")
-    free = shutil.disk_usage(provenance.ROOT).free / 1e9
+    free = shutil.disk_usage(home()).free / 1e9
     print(f"free disk: {free:.0f} GB, commit {provenance.commit()}, process {os.getpid()}")
     for package, version in found.items():
         print(f"  {package:<20} {version}")
@@ -85,6 +82,8 @@ def doctor() -> int:
     for name in baselines.names():
         if reason := baselines.skip(name):
             print(f"  solver {name:<13} is skipped: {reason} (pip install .[solvers])")
+    for name in available_robots():
+        print(f"  weights for {name:<10} {_weights_of(name)}")
     for setting, reason in missing_parts().items():
         print(f"  {setting}: {reason}")
     if missing:
@@ -94,52 +93,42 @@ def doctor() -> int:
     return 1 if missing else 0
 
 
+def _weights_of(name: str) -> str:
+    """The trained weights that `load_solver` takes for a robot where none are named."""
+    try:
+        return told_path(find_weights("cycleik", load_robot(name)))
+    except (SkippedSolver, WeightsError) as error:
+        return str(error)
+
+
 def robot(arguments: list[str]) -> int:
     """Bring a robot of one's own with `robot add`, or draw one anew with `robot picture`."""
-    action, rest = arguments[:1], arguments[1:]
-    if action in ([], ["-h"], ["--help"]):
-        print(f"{ADD_USAGE}\n{PICTURE_USAGE}")
-        return 0
-    if action == ["add"]:
-        return _add_robot(rest)
-    if action == ["picture"]:
-        return _draw_robot(rest)
-    raise PipelineError(f"usage: {ADD_USAGE}, or {PICTURE_USAGE}")
+    parser = command_parser("robot", inspect.getdoc(robot) or "")
+    actions = parser.add_subparsers(dest="action", metavar="action", required=True)
+    add = actions.add_parser("add", help="make a robot of a URDF")
+    add.add_argument("urdf", metavar="FILE", help="the URDF; it is copied with its meshes")
+    add.add_argument("--base", required=True, help="link that poses are relative to")
+    add.add_argument("--tip", required=True, help="link that is brought to a pose")
+    add.add_argument("--name", help="of the robot, and of its folder; the URDF's where left out")
+    picture = actions.add_parser("picture", help="draw a robot anew")
+    picture.add_argument("name", metavar="NAME", help="of the robot")
+    options = parser.parse_args(arguments)
+    if options.action == "add":
+        need_checkout("a robot of one's own (robots/<name>/ and conf/robot/<name>.yaml)")
+        from robots.add import add_robot
 
+        print(add_robot(options.urdf, options.base, options.tip, name=options.name))
+    else:
+        from robots.picture import write_picture
 
-def _add_robot(arguments: list[str]) -> int:
-    if not arguments:
-        raise PipelineError(f"usage: {ADD_USAGE}")
-    options: dict[str, str] = {}
-    rest = arguments[1:]
-    while rest:
-        key = rest[0].removeprefix("--")
-        if key not in ("base", "tip", "name") or len(rest) < 2:
-            raise PipelineError(f"'{rest[0]}' is not understood; usage: {ADD_USAGE}")
-        options[key] = rest[1]
-        rest = rest[2:]
-    if missing := {"base", "tip"} - options.keys():
-        raise PipelineError(f"--{' and --'.join(sorted(missing))} is missing; usage: {ADD_USAGE}")
-    from robots.add import add_robot
-
-    print(add_robot(arguments[0], options["base"], options["tip"], name=options.get("name")))
-    return 0
-
-
-def _draw_robot(arguments: list[str]) -> int:
-    if len(arguments) != 1:
-        raise PipelineError(f"usage: {PICTURE_USAGE}")
-    robot = load_robot(arguments[0])
-    from robots.picture import write_picture
-
-    print(write_picture(robot))
+        print(write_picture(load_robot(options.name)))
     return 0
 
 
 @_plain
 def paths() -> int:
     """Print where the tables, figures and the report of the default profile are."""
-    folder = provenance.ROOT / "results" / bench_lists()["profile"]
+    folder = results() / bench_lists()["profile"]
     for name, path in (("tables", "tables"), ("figures", "figures"), ("report", "report.html")):
         state = "" if (folder / path).exists() else "   (not made yet: make reproduce)"
         print(f"{name:<8} {folder / path}{state}")

@@ -6,10 +6,11 @@ import re
 import shutil
 from pathlib import Path
 
+from pipeline.commands.arguments import command_parser
 from pipeline.config import bench_lists
 from pipeline.data.files import replacing, write_text
 from pipeline.errors import MissingArtifactError
-from pipeline.provenance import ROOT
+from pipeline.locations import need_checkout
 
 PICTURES = {
     "grasp.png": "grasp/{robot}/trial*_success.png",
@@ -33,18 +34,19 @@ BLOCK = re.compile(r"(<!-- table: [^>]*-->\n).*?(<!-- end of table -->)", re.DOT
 
 def readme(arguments: list[str]) -> int:
     """Copy pictures to results/readme/ and renew the table between its marks in README.md."""
-    if arguments[:1] in (["-h"], ["--help"]):
-        print("python -m pipeline readme [ROBOT]: renew README.md from the default profile's run")
-        return 0
+    parser = command_parser("readme", "Renew README.md from the run of the default profile.")
+    parser.add_argument("robot", nargs="?", metavar="ROBOT", help="whose grasp is shown")
+    options = parser.parse(arguments)
     bench = bench_lists()
-    folder = ROOT / "results" / bench["profile"]
-    robot = arguments[0] if arguments else bench["grasp_robots"][0]
+    root = need_checkout("README.md")
+    folder = root / "results" / bench["profile"]
+    robot = options.robot or bench["grasp_robots"][0]
     for name, pattern in PICTURES.items():
         source = _first(folder, pattern.format(robot=robot))
-        with replacing(ROOT / "results" / "readme" / name) as partial:
+        with replacing(root / "results" / "readme" / name) as partial:
             shutil.copyfile(source, partial)
     table = _first(folder, TABLE).read_text(encoding="utf-8")
-    path = ROOT / "README.md"
+    path = root / "README.md"
     text = path.read_text(encoding="utf-8")
     rows = "\n".join(_narrow(table))
     write_text(path, BLOCK.sub(lambda match: f"{match[1]}{rows}\n{match[2]}", text))

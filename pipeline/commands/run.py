@@ -5,27 +5,38 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from omegaconf import OmegaConf
-
-from pipeline.config import CONF_DIR, bench_lists, compose, group_choices, sweep, to_yaml
+from pipeline.commands.arguments import command_parser
+from pipeline.commands.stage_help import stage_help
+from pipeline.config import bench_lists, compose, group_choices, sweep, to_yaml, without_passwords
 from pipeline.data.files import write_text
-from pipeline.errors import ConfigError, PipelineError, choices
+from pipeline.errors import ConfigError
 from pipeline.progress import LOGGER
 from pipeline.settings import Config
-from pipeline.stages import PER_ROBOT, STAGES, run_stage, stage_module
+from pipeline.solvers import is_neural
+from pipeline.stages.graph import STEPS, Step, runs
+from pipeline.stages.running import run_stage
+from robots.suggestions import unknown_name
 
-SWEEP_FLAGS = ("-m", "--multirun")
-HELP_FLAGS = ("-h", "--help")
-SEEING = ("perception=camera", "agent=policy")  # the trials of robots that have eyes
+SOLVERS = "evaluate.solvers"
+DESCRIPTION = """\
+all [robots=[panda,nico]] [profile=smoke] [key=value ...]
+
+Runs what `make reproduce` runs, without DVC: every step of the graph for each robot, then the
+report. robots, numerical and the other lists are those of conf/bench.yaml where left out.
+"""
 
 
 def stage(name: str, arguments: list[str]) -> int:
     """Run one stage, or with ``-m`` one run for each combination of the values given."""
-    if any(flag in arguments for flag in HELP_FLAGS):
-        return _help(name)
-    overrides = [argument for argument in arguments if argument not in SWEEP_FLAGS]
-    _refuse_flags(overrides)
-    if len(overrides) == len(arguments):
+    parser = command_parser(name, "", add_help=False)
+    parser.add_argument("-h", "--help", action="store_true")
+    parser.add_argument("-m", "--multirun", action="store_true")
+    given = parser.takes_overrides().parse(arguments)
+    overrides = given.overrides
+    if given.help:
+        print(stage_help(name, overrides))
+        return 0
+    if not given.multirun:
         _run(name, compose(overrides))
         return 0
     runs = sweep(overrides)
@@ -33,34 +44,65 @@ def stage(name: str, arguments: list[str]) -> int:
     configs = [compose(run) for run in runs]  # a typo in the last run stops before the first
     for number, (run, config) in enumerate(zip(runs, configs, strict=True), start=1):
         folder = Path(config.results_dir) / "sweep" / run_name(run, with_profile=len(profiles) > 1)
-        LOGGER.info("run %d of %d: %s", number, len(runs), " ".join(run))
+        LOGGER.info("run %d of %d: %s", number, len(runs), without_passwords(" ".join(run)))
         config.results_dir = str(folder)
-        write_text(_absolute(folder) / "config.yaml", to_yaml(config))
+        write_text(folder.absolute() / "config.yaml", to_yaml(config))
         _run(name, config)
     return 0
 
 
 def everything(arguments: list[str]) -> int:
-    """Run all stages for every robot of ``robots=[...]`` (conf/bench.yaml where left out)."""
-    if any(flag in arguments for flag in HELP_FLAGS):
-        print("python -m pipeline all [robots=[panda,nico]] [profile=smoke] [key=value ...]")
-        return 0
-    _refuse_flags(arguments)
-    bench = bench_lists()
-    kinds = ("robots", "tune_robots", "detector_robots", "grasp_robots")
-    lists = {key: bench[key] for key in kinds}
-    chosen = [argument for argument in arguments if argument.startswith("robots=")]
-    overrides = [argument for argument in arguments if not argument.startswith("robots=")]
-    if chosen:
-        lists["robots"] = _robot_list(chosen[-1])
-    for robot in lists["robots"]:
-        for name in PER_ROBOT:
-            if robot in lists.get(f"{name}_robots", [robot]):
-                _run(name, compose([*overrides, f"robot={robot}"]))
-        if robot in lists["detector_robots"] and robot in lists["grasp_robots"]:
-            _run("grasp", compose([*SEEING, *overrides, f"robot={robot}"]))
-    _run("report", compose(overrides))
+    """Run every step of the graph for each robot of ``robots=[...]`` (conf/bench.yaml else)."""
+    given = command_parser("all", DESCRIPTION).takes_overrides().parse(arguments)
+    lists, overrides = _lists(given.overrides)
+    compose(overrides)  # a typo stops before the first stage
+    for step, axes in runs(lists):
+        _run(step.stage, compose(_overrides(step, axes, overrides)))
     return 0
+
+
+def _lists(arguments: list[str]) -> tuple[dict[str, list[str]], list[str]]:
+    """Split lists of conf/bench.yaml, the command's own in their place, from other overrides.
+
+    `evaluate.solvers` narrows all lists of solvers; one that is in none of them joins its like.
+    """
+    lists = {key: list(value) for key, value in bench_lists().items() if isinstance(value, list)}
+    overrides = []
+    for argument in arguments:
+        key, _, value = argument.partition("=")
+        if key in lists:
+            lists[key] = _names(value)
+        elif key == SOLVERS:
+            lists |= _narrowed(lists, _names(value))
+        else:
+            overrides.append(argument)
+    for name in lists["robots"]:
+        if name not in group_choices("robot"):
+            raise ConfigError(unknown_name("robot", name, group_choices("robot")))
+    return lists, overrides
+
+
+def _narrowed(lists: dict[str, list[str]], names: list[str]) -> dict[str, list[str]]:
+    kinds = {name for step in STEPS.values() if (name := step.over.get("solver"))}
+    narrow = {kind: [name for name in lists[kind] if name in names] for kind in kinds}
+    for name in names:
+        if not any(name in lists[kind] for kind in kinds):
+            narrow["neural" if is_neural(name) else "numerical"].append(name)
+    return narrow
+
+
+def _names(value: str) -> list[str]:
+    return [name.strip() for name in value.strip("[]").split(",") if name.strip()]
+
+
+def _overrides(step: Step, axes: dict[str, str], typed: list[str]) -> list[str]:
+    """A step's overrides and the user's, who may choose otherwise but for a network of its own."""
+    keys = {argument.partition("=")[0] for argument in typed}
+    own = [
+        item for item in step.command(axes) if item.partition("=")[0] not in keys & {*step.choices}
+    ]
+    kept = [item for item in typed if not (step.model and item.startswith("model="))]
+    return [*kept, *own]
 
 
 def run_name(overrides: list[str], with_profile: bool = False) -> str:
@@ -70,42 +112,10 @@ def run_name(overrides: list[str], with_profile: bool = False) -> str:
     both.
     """
     silent = ("results_dir=",) if with_profile else ("results_dir=", "profile=")
-    told = [item for item in overrides if not item.startswith(silent)]
-    return re.sub(r"[^\w=.,+-]", "_", ",".join(told)) or "default"
+    shown = [without_passwords(item) for item in overrides if not item.startswith(silent)]
+    return re.sub(r"[^\w=.,+-]", "_", ",".join(shown)) or "default"
 
 
 def _run(name: str, config: Config) -> None:
     for path in run_stage(name, config):
         print(path)
-
-
-def _absolute(folder: Path) -> Path:
-    from pipeline.provenance import ROOT
-
-    return folder if folder.is_absolute() else ROOT / folder
-
-
-def _robot_list(argument: str) -> list[str]:
-    value = argument.partition("=")[2].strip("[]")
-    names = [name.strip() for name in value.split(",") if name.strip()]
-    for name in names:
-        if name not in group_choices("robot"):
-            raise ConfigError(choices("robot", name, group_choices("robot")))
-    return names
-
-
-def _refuse_flags(arguments: list[str]) -> None:
-    for argument in arguments:
-        if argument.startswith("-"):
-            raise PipelineError(f"there is no option {argument}; overrides read key=value")
-
-
-def _help(name: str) -> int:
-    module = stage_module(name)
-    print(f"python -m pipeline {name} [key=value ...] [-m]\n\n{module.__doc__}")
-    group = name if (CONF_DIR / name).is_dir() else None
-    if group:
-        print(f"Keys of the group {group} and their values with profile=quick:\n")
-        print(OmegaConf.to_yaml(OmegaConf.create({group: getattr(compose(), group)})))
-    print(f"Stages: {', '.join(STAGES)}. Robots: {', '.join(group_choices('robot'))}.")
-    return 0

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pipeline.commands.arguments import command_parser
 from pipeline.config import compose
-from pipeline.errors import PipelineError
+from pipeline.locations import published_results, results
 from pipeline.presentation.published import read_published
-from pipeline.provenance import ROOT
 from pipeline.reporting.single import MAKERS, paper_table
 
 PREFERRED = ("paper", "quick")  # profiles whose rows are looked for, the published scale first
-HELP = f"""\
-python -m pipeline table {"|".join(MAKERS)} [results_dir=results/slow] [report.not_found=nan]
+DESCRIPTION = """\
+table table2 [results_dir=results/slow] [report.not_found=nan]
 
 Prints the table and writes it as CSV, Markdown and LaTeX to tables/ of the results folder that its
 rows come from: results/paper where that has any, else results/quick, or what results_dir names.
@@ -21,24 +21,18 @@ rows come from: results/paper where that has any, else results/quick, or what re
 
 def table(arguments: list[str]) -> int:
     """Make one table; the first argument is its name."""
-    if not arguments or arguments[0] in ("-h", "--help"):
-        print(HELP, end="")
-        return 0
-    name, overrides = arguments[0], arguments[1:]
-    if "=" in name:
-        raise PipelineError(f"usage: python -m pipeline table {'|'.join(MAKERS)} [key=value ...]")
+    parser = command_parser("table", DESCRIPTION)
+    parser.add_argument("table", choices=tuple(MAKERS), help="of the paper")
+    options = parser.takes_overrides().parse(arguments)
+    name, overrides = options.table, options.overrides
     config = compose(overrides)
-    folders = [ROOT / "results" / profile for profile in PREFERRED]
+    folders = [results() / profile for profile in PREFERRED]
     if any(override.startswith(("results_dir=", "profile=")) for override in overrides):
-        folders = [_absolute(Path(config.results_dir))]
-    published = read_published(ROOT / "results" / "published_results.csv")
+        folders = [Path(config.results_dir)]
+    published = read_published(published_results())
     made, folder = paper_table(name, folders, published, config.report)
     paths = made.write(folder / "tables")
     print(made.to_markdown())
     for path in paths:
         print(path)
     return 0
-
-
-def _absolute(folder: Path) -> Path:
-    return folder if folder.is_absolute() else ROOT / folder

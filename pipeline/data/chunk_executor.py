@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from pipeline.engine.config import LOCAL, EngineConfig
-from pipeline.engine.errors import EngineError
 from pipeline.engine.running import fans_out, try_tasks, workers_of
+from pipeline.errors import EngineError
 from robots.sampling import ChunkExecutor, Draw, Samples
 
 

@@ -1,11 +1,14 @@
-"""Rows of an experiment kept as JSON lines while it runs, so that a killed one goes on."""
+"""Rows of an experiment kept as JSON lines while it runs, so that a killed one continues."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
+
+import pandas as pd
 
 from pipeline.data.files import write_text
 
@@ -43,6 +46,42 @@ class RowCheckpoint:
 
     def _key(self, row: Row) -> tuple[object, ...]:
         return tuple(row[name] for name in self.key)
+
+
+class Resumable(ABC):
+    """Work in units that do not need each other, whose rows are kept as they are finished."""
+
+    @abstractmethod
+    def units(self) -> dict[Any, list[tuple[object, ...]]]:
+        """Return all units in order, each with the keys of the rows that it gives."""
+
+    @abstractmethod
+    def unit(self, unit: Any) -> list[Row]:
+        """Run one unit and return its raw rows."""
+
+    def pending(self, kept: RowCheckpoint) -> list[Any]:
+        """Return the units of which a row is missing."""
+        units = self.units().items()
+        return [unit for unit, keys in units if any(kept.get(*key) is None for key in keys)]
+
+    def run(self, kept: RowCheckpoint, progress: Callable[[Row], object]) -> pd.DataFrame:
+        """Run the units of which a row is missing, and return the raw rows of all.
+
+        Args:
+            kept: Finished rows; a killed run continues with the unit that was cut off.
+            progress: Called with each row, also with those that were kept.
+        """
+        rows: list[Row] = []
+        for unit, keys in self.units().items():
+            found = [row for key in keys if (row := kept.get(*key)) is not None]
+            if len(found) < len(keys):
+                found = self.unit(unit)
+                for row in found:
+                    kept.put(row)
+            for row in found:
+                rows.append(row)
+                progress(row)
+        return pd.DataFrame(rows)
 
 
 def _whole_lines(path: Path) -> list[Row]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +56,8 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pd.DataFrame
     Raises:
         TableError: There is no such file, it is cut off or was edited, or a column is missing.
     """
-    table = _read(path)
+    with _parquet_errors_named(path):
+        table = pq.read_table(path)
     stored = (table.schema.metadata or {}).get(CHECKSUM_KEY)
     if stored is None:
         raise TableError(f"{path} has no checksum: it was not written by this pipeline")
@@ -73,22 +75,17 @@ def read_metadata(path: Path) -> dict[str, Any]:
     Raises:
         TableError: There is no such file, or it is no table of this pipeline.
     """
-    try:
+    with _parquet_errors_named(path):
         metadata = pq.read_schema(path).metadata or {}
-    except FileNotFoundError as error:
-        raise TableError(f"there is no {path}") from error
-    except (pa.ArrowInvalid, OSError) as error:
-        raise TableError(
-            f"{path} is not a readable Parquet file ({error}); make it again"
-        ) from error
     if METADATA_KEY not in metadata:
         raise TableError(f"{path} has no provenance: it was not written by this pipeline")
     return dict(json.loads(metadata[METADATA_KEY]))
 
 
-def _read(path: Path) -> pa.Table:
+@contextmanager
+def _parquet_errors_named(path: Path) -> Iterator[None]:
     try:
-        return pq.read_table(path)
+        yield
     except FileNotFoundError as error:
         raise TableError(f"there is no {path}") from error
     except (pa.ArrowInvalid, OSError) as error:

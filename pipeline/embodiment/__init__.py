@@ -1,1 +1,1 @@
-"""An agent with a body: it sees a table, is told what to do and does it in the simulator."""
+"""An agent with a body: it sees a table and carries out instructions in the simulator."""

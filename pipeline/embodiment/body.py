@@ -46,7 +46,7 @@ class Body:
             object_id: PyBullet's number of the body that the outcome is judged by.
 
         Returns:
-            What it came to; the arm is at idle again.
+            Its result; the arm is at idle again.
         """
         self.scene.object_id = object_id
         if kind == "grasp":
@@ -65,7 +65,7 @@ class Body:
 
 
 def grip_point(config: GraspConfig, scene: Scene, place: Array, name: str) -> Array:
-    """The point to grasp a thing around: its centre, or higher where the hand goes less deep."""
+    """The point to grasp an object around: its centre, or higher where the hand goes less deep."""
     point = place.copy()
     top = point[2] + 0.5 * config.objects[name].height
     point[2] = max(point[2], top - scene.config.grip.depth)

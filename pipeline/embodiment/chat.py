@@ -10,15 +10,15 @@ from pipeline.agent.transcript import write_transcript
 from pipeline.embodiment.evidence import described
 from pipeline.embodiment.perception import View
 from pipeline.embodiment.session import Event, Session
-from pipeline.speech.errors import SpeechError
+from pipeline.errors import SpeechError
 from pipeline.speech.protocol import Recogniser, Synthesiser
 
 QUIT = ("quit", "exit")
 HELP = """\
 Say what to do, for example: grasp the banana, then point at the orange. Or one of
   look           see the table again
-  FILE.wav       a spoken instruction
-  listen         a spoken instruction from the microphone
+  FILE.wav       a recorded instruction
+  listen         an instruction from the microphone
   quit           end"""
 
 
@@ -47,7 +47,7 @@ class Chat:
             transcript: The file to keep the conversation in.
             say: Shows a line to the person.
             recogniser: Loads what understands speech; called when the first is heard.
-            synthesiser: Loads what speaks; called when a spoken instruction is answered.
+            synthesiser: Loads what speaks; called when an instruction by voice is answered.
             record: Records from the microphone to a WAV file; whether anybody spoke.
         """
         self.session, self.name, self.transcript, self._say = session, name, transcript, say
@@ -60,11 +60,11 @@ class Chat:
         session.heard = self._show_event
 
     def show_table(self) -> None:
-        """Tell the person what the robot sees."""
+        """Show the person what the robot sees."""
         self._say(f"{self.name} sees{seen_text(self.session.look())}")
 
     def line(self, text: str) -> bool:
-        """Answer one line; whether the conversation goes on."""
+        """Answer one line; whether the conversation continues."""
         words = text.strip()
         self._aloud = False
         if words.lower() in QUIT:
@@ -124,7 +124,7 @@ class Chat:
             self._say(f"{action.kind} {action.target}")
 
     def _speak(self, text: str) -> None:
-        """Answer a spoken instruction aloud: as a sound beside the transcript."""
+        """Answer an instruction by voice aloud: as a sound beside the transcript."""
         if not self._aloud:
             return
         try:
@@ -146,7 +146,7 @@ class Chat:
 
 
 def seen_text(view: View) -> str:
-    """What is seen, a line a thing, from the robot's left to its right."""
+    """What is seen, one line per object, from the robot's left to its right."""
     ordered = sorted(view.sightings, key=lambda each: -each.position[1])
     if not ordered:
         return " nothing on its table."

@@ -27,9 +27,9 @@ def draw_view(
 
     Args:
         view: The look.
-        perception: What looked; its camera knows where things would be in the picture.
+        perception: The source of the view; its camera projects places into the image.
         names: What the trial was about: boxes of these names are red, others blue.
-        true: Where things really lay, base frame [m], shape (N, 3): green crosses.
+        true: Where objects really lay, base frame [m], shape (N, 3): green crosses.
 
     Returns:
         The picture, None where none was taken.
@@ -58,7 +58,7 @@ def save_picture(picture: Image.Image | None, path: Path) -> str:
 def save_transcript(path: Path, entries: Sequence[dict[str, Any]], episode: Episode) -> str:
     """Write what was said and done as JSON lines; its name.
 
-    Entries of the conversation come first, in order; then one of each action with what it came to
+    Entries of the conversation come first, in order; then one of each action with its result
     and where its target was seen.
     """
     write_transcript(path, [*entries, *(described(event) for event in episode.events)])

@@ -4,24 +4,26 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline.agent.endpoint import resolved
-from pipeline.config import to_dict
-from pipeline.embodiment.grasp_all import agents
+from pipeline.agent.loading import agent_factory
+from pipeline.containers import to_dict
 from pipeline.embodiment.perception import CameraPerception, make_perception
 from pipeline.embodiment.series import AgentSeries
 from pipeline.embodiment.trials import Experiment
-from pipeline.evaluation.identity import network_checksums
+from pipeline.evaluation.cache import network_checksums
 from pipeline.grasping.series import Series
 from pipeline.perception.detection import Detector
-from pipeline.settings import Config
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 EVIDENCE = "evidence"  # folder of transcripts and pictures beside the rows
 
 
 def is_embodied(config: Config) -> bool:
-    """Whether a run's trials are those with a camera or an agent: all things on a row."""
+    """Whether a run's trials are those with a camera or an agent: all objects on a row."""
     return config.perception.source != "perfect" or config.agent.kind != "none"
 
 
@@ -33,13 +35,13 @@ def setting_name(config: Config) -> str:
 def load_agent_series(
     config: Config, series: Series, folder: Path, detector: Detector | None
 ) -> AgentSeries:
-    """Give the trials of a series eyes and an agent.
+    """Give the trials of a series a camera and an agent.
 
     Args:
         config: Perception, agent, and the protocol of the trials.
         series: Robot, solvers and seed.
         folder: Where the raw rows go; evidence is kept beside them.
-        detector: Finds things in pictures; None where the simulator tells what lies where.
+        detector: Finds objects in pictures; None where the simulator gives their places.
 
     Raises:
         PerceptionError: The robot has no camera.
@@ -49,7 +51,7 @@ def load_agent_series(
     experiment = Experiment(
         series=series,
         perception=perception,
-        agent=agents(config.agent, series.robot.name),
+        agent=agent_factory(config.agent, series.robot.name),
         facts={"perception": config.perception.source, "agent": config.agent.kind},
         folder=folder / EVIDENCE,
         distractors=config.perception.perturbation.distractors,

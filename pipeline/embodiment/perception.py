@@ -1,4 +1,4 @@
-"""What the robot learns of its table: from the simulator, or from the picture of its eye."""
+"""What the robot knows of its table: from the simulator, or from the image of its camera."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ class View:
     sightings: list[Sighting]
 
     def find(self, name: str) -> Sighting | None:
-        """The surest sighting of a name."""
+        """The sighting of a name with the highest score."""
         found = [each for each in self.sightings if each.name == name]
         return max(found, key=lambda each: each.score, default=None)
 
     def seen(self) -> list[Seen]:
-        """What the agent is told of it."""
+        """What the agent receives of it."""
         return [
             seen_at(each.name, float(each.position[0]), float(each.position[1]), each.score)
             for each in self.sightings
@@ -61,14 +61,14 @@ class Perception(Protocol):
 
 
 class GroundTruthPerception:
-    """Perfect localisation: the simulator tells what lies where on the table."""
+    """Perfect localisation: the simulator gives the places of the objects on the table."""
 
     def __init__(self, margin: float = 0.0) -> None:
         """Take how far around a bin what lies there counts as in it [m]."""
         self._margin = margin
 
     def look(self, scene: Scene, objects: SceneObjects) -> View:
-        """Return every thing that lies on the table, see `Perception.look`."""
+        """Return every object that lies on the table, see `Perception.look`."""
         sightings = []
         for each in objects.all:
             position = objects.position(each)
@@ -88,8 +88,8 @@ class CameraPerception:
 
         Args:
             camera: Takes pictures and projects them.
-            detector: Finds things in them.
-            heights: Height of the centre of each thing, base frame [m].
+            detector: Finds objects in them.
+            heights: Height of the centre of each object, base frame [m].
             margin: How far around a bin what is seen there counts as in it [m].
         """
         self.camera, self.detector = camera, detector
@@ -109,9 +109,9 @@ def make_perception(
 
     Args:
         perception: The simulator's word, or a camera's picture.
-        grasp: Scene and things.
+        grasp: Scene and objects.
         robot: The robot.
-        detector: Finds things in pictures; None where no picture is taken.
+        detector: Finds objects in pictures; None where no picture is taken.
 
     Raises:
         PerceptionError: The robot has no camera.

@@ -1,13 +1,13 @@
-"""Rows of the paper's protocol: all things of the set on a line across the action area."""
+"""Rows of the paper's protocol: all objects of the set on a line across the action area."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from pipeline.errors import GraspError
 from pipeline.grasping.config import GraspConfig, SceneConfig
-from pipeline.grasping.errors import GraspError
-from pipeline.grasping.extent import extent
 from pipeline.grasping.grip import tip_yaw
+from pipeline.grasping.shapes import extent
 from pipeline.grasping.trial import Setup, required_scene, rows_of
 from pipeline.seeding import derive_seed
 
@@ -17,20 +17,20 @@ ACROSS = np.array([0.0, 1.0, 0.0])  # a row runs along y, from the robot's right
 def row_setup(config: GraspConfig, robot: str, number: int, seed: int) -> list[Setup]:
     """Lay out a row by its number alone.
 
-    As in section IV-C of the paper, all things of the set stand on a line over the width, and lines
-    advance over the depth. Their order and the gaps between them are drawn.
+    As in section IV-C of the paper, all objects of the set stand on a line over the width, and
+    lines advance over the depth. Their order and the gaps between them are drawn.
 
     Args:
-        config: The experiment; its scene has the area and the things.
+        config: The experiment; its scene has the area and the objects.
         robot: Name of the robot, part of the seed.
-        number: Number of the row, from 0; it holds the trials from `number` times the things.
+        number: Number of the row, from 0; it holds the trials from `number` times the objects.
         seed: Root seed.
 
     Returns:
         What to lay where, from right to left; the numbers are those of the trials.
 
     Raises:
-        GraspError: The things do not fit on a row.
+        GraspError: The objects do not fit on a row.
     """
     scene = required_scene(config, robot)
     line = number % rows_of(scene)
@@ -62,9 +62,9 @@ def _spread(
     shares: np.ndarray,
     depth: float,
 ) -> list[float]:
-    """Centres of the things along the row [m]; free width is shared out among the gaps.
+    """Centres of the objects along the row [m]; free width is shared out among the gaps.
 
-    How far a thing reaches depends on its yaw and, where the hand turns with the place, its yaw on
+    The extent of an object depends on its yaw and, where the hand turns with the place, its yaw on
     the place; so the row is laid twice.
     """
     low, high = scene.area.y
@@ -80,7 +80,7 @@ def _spread(
         if free < 0.0:
             raise GraspError(
                 f"{', '.join(names)} do not fit on a row of {high - low:.2f} m with gaps of "
-                f"{config.protocol.gap} m: choose fewer things or a smaller grasp.protocol.gap"
+                f"{config.protocol.gap} m: choose fewer objects or a smaller grasp.protocol.gap"
             )
         at = low
         for slot, (begin, end) in enumerate(ends):
@@ -93,7 +93,7 @@ def _spread(
 def _yaw(
     config: GraspConfig, scene: SceneConfig, name: str, turn: float, place: tuple[float, float]
 ) -> float:
-    """Yaw of a thing [rad]: any, or the one that the hand grasps across."""
+    """Yaw of an object [rad]: any, or the one that the hand grasps across."""
     fixed = config.objects[name].yaw
     yaw = turn if fixed is None else tip_yaw(scene, place) + scene.grip.closing + fixed
     return float(np.deg2rad(yaw))

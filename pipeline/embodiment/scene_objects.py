@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SceneObject:
-    """One thing in the simulator.
+    """One object in the simulator.
 
     Attributes:
         body: PyBullet's number of it.
@@ -29,12 +29,12 @@ class SceneObject:
 
     @property
     def name(self) -> str:
-        """Which thing it is."""
+        """Which object it is."""
         return self.setup.name
 
 
 class SceneObjects:
-    """All things of a scene."""
+    """All objects of a scene."""
 
     def __init__(self, scene: Scene, config: GraspConfig, setups: Sequence[Setup]) -> None:
         """Lay them; only before the simulation runs."""
@@ -45,25 +45,25 @@ class SceneObjects:
         ]
 
     def position(self, obj: SceneObject) -> Array:
-        """Centre of a thing, base frame [m], shape (3,)."""
+        """Centre of an object, base frame [m], shape (3,)."""
         return np.array(self._scene.client.getBasePositionAndOrientation(obj.body)[0])
 
     def positions(self) -> Array:
-        """Centres of all things, base frame [m], shape (N, 3)."""
+        """Centres of all objects, base frame [m], shape (N, 3)."""
         return np.array([self.position(each) for each in self.all])
 
     def nearest(self, place: ArrayLike) -> tuple[SceneObject, float]:
-        """The thing whose centre is nearest to a place, and how far it is over the table [m]."""
+        """The object whose centre is nearest to a place, and how far it is over the table [m]."""
         there = np.asarray(place, dtype=np.float64)[:2]
         away = np.linalg.norm(self.positions()[:, :2] - there, axis=1)
         best = int(np.argmin(away))
         return self.all[best], float(away[best])
 
     def named(self, name: str) -> SceneObject | None:
-        """The first thing of a name."""
+        """The first object of a name."""
         return next((each for each in self.all if each.name == name), None)
 
 
 def centre_heights(config: GraspConfig, scene: SceneConfig) -> dict[str, float]:
-    """Height of the centre of each thing of a scene as it lies on the table, base frame [m]."""
+    """Height of the centre of each object of a scene as it lies on the table, base frame [m]."""
     return {name: scene.table.height + 0.5 * config.objects[name].height for name in scene.objects}

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from pipeline.data.rows import RowCheckpoint
+from pipeline.data.rows import Resumable
 from pipeline.embodiment.trials import Experiment
 from pipeline.grasping.series import STILLS, clear_films, film_name, filmed_trials
 from pipeline.grasping.video import Recorder
@@ -18,7 +17,7 @@ REPEATABLE = ("none", "policy")  # agents that answer the same again, so that a 
 
 
 @dataclass(frozen=True)
-class AgentSeries:
+class AgentSeries(Resumable):
     """The trials of an experiment with an agent.
 
     Attributes:
@@ -27,43 +26,21 @@ class AgentSeries:
 
     experiment: Experiment
 
-    def run(
-        self, kept: RowCheckpoint, progress: Callable[[dict[str, Any]], object]
-    ) -> pd.DataFrame:
-        """Run the rows whose trials are not yet kept, and return one raw row a trial.
+    def units(self) -> dict[int, list[tuple[object, ...]]]:
+        """Return the numbers of all rows of objects, each with the keys of its trials.
 
-        The last row may have more things than trials are wanted: it is run whole, and the raw rows
-        beyond the wanted number are left out.
-
-        Args:
-            kept: Finished trials; a killed series goes on with the row that was cut off.
-            progress: Called with each raw row, also with those that were kept.
+        The last row may have more objects than trials are wanted: it is run completely, and the raw
+        rows beyond the wanted number are left out.
         """
-        rows: list[dict[str, Any]] = []
-        for number, trials in self._trials_of_rows().items():
-            found = [row for trial in trials if (row := kept.get(trial)) is not None]
-            if len(found) < len(trials):
-                found = self.unit(number)
-                for row in found:
-                    kept.put(row)
-            for row in found:
-                rows.append(row)
-                progress(row)
-        return pd.DataFrame(rows)
-
-    def pending(self, kept: RowCheckpoint) -> list[int]:
-        """Numbers of the rows that are not yet kept whole: units of work that need no other."""
-        rows = self._trials_of_rows().items()
-        return [number for number, trials in rows if any(kept.get(one) is None for one in trials)]
+        wanted, width = self.experiment.series.config.trials, self.experiment.per_row
+        return {
+            start // width: [(trial,) for trial in range(start, min(start + width, wanted))]
+            for start in range(0, wanted, width)
+        }
 
     def unit(self, number: int) -> list[dict[str, Any]]:
         """Run one row and return the raw rows of the trials that are wanted of it."""
-        return self.experiment.row(number)[: len(self._trials_of_rows()[number])]
-
-    def _trials_of_rows(self) -> dict[int, range]:
-        wanted, width = self.experiment.series.config.trials, self.experiment.per_row
-        starts = enumerate(range(0, wanted, width))
-        return {number: range(start, min(start + width, wanted)) for number, start in starts}
+        return self.experiment.row(number)[: len(self.units()[number])]
 
     def film(self, rows: pd.DataFrame, folder: Path) -> list[Path]:
         """Run the rows once more whose trials are to be filmed, the camera on during those.

@@ -1,4 +1,4 @@
-"""A conversation acted out: what the agent says is done, and the agent is told what came of it."""
+"""A conversation carried out: actions of the agent are executed and their outcomes reported."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from pipeline.perception.detection import Sighting
 
 @dataclass(frozen=True)
 class Event:
-    """One action and what became of it.
+    """One action and its result.
 
     Attributes:
         time_s: Simulated time when it began [s].
-        action: What the agent asked for.
-        result: What it came to.
+        action: What the agent requested.
+        result: Its result.
         sighting: Where its target was seen; None for what needs none.
         view: The look that it was seen in.
         obj: What really lay there; None if nothing did.
-        offset: How far from its target's sighting the nearest thing lay [m].
+        offset: How far from its target's sighting the nearest object lay [m].
         report: Of a grasp, what happened.
         lasted_s: How long it took [s].
-        places: Where all things really lay when it began, base frame [m], shape (N, 3).
+        places: Where all objects really lay when it began, base frame [m], shape (N, 3).
     """
 
     time_s: float
@@ -47,7 +47,7 @@ class Episode:
     """How one instruction went.
 
     Attributes:
-        view: The look that the agent was told of first.
+        view: The look that the agent received first.
         events: Actions in order.
         turns: Replies of the agent.
     """
@@ -86,7 +86,7 @@ class Session:
             body: Does it.
             perception: See the table before each turn and each motion.
             objects: What really lies there, to judge outcomes by.
-            located: Distance within which what is seen is the thing that lies there [m].
+            located: Distance within which what is seen is the object that lies there [m].
             refuse: Says why an action is not carried out; nothing if it is.
             heard: Called with every event.
         """
@@ -124,7 +124,7 @@ class Session:
         if sighting is None:
             view, sighting = known, known.find(action.target)
         if sighting is None:
-            return self._told(
+            return self._reported(
                 Event(now, action, ActionResult(False, "it is out of sight"), view=view)
             )
         places = self.objects.positions()
@@ -138,12 +138,12 @@ class Session:
             result = self.body.act(action.kind, place, name, judged.body)
             report = self.body.report if action.kind == "grasp" else None
         lasted = self.body.scene.time_s - now
-        return self._told(
+        return self._reported(
             Event(now, action, result, sighting, view, obj, offset, report, lasted, places)
         )
 
-    def _told(self, event: Event) -> Event:
-        """Tell the agent what an action came to."""
+    def _reported(self, event: Event) -> Event:
+        """Report the result of an action to the agent."""
         action, result = event.action, event.result
         how = "done" if result.done else "failed"
         self.agent.report(f"{action.kind} {action.target}: {how}, {result.words}")

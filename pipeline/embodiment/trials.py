@@ -1,4 +1,4 @@
-"""Trials with an agent: an instruction a row, a class for each of the row's things."""
+"""Trials with an agent: an instruction a row, a class for each of the row's objects."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ class Experiment:
         series: Configuration, robot, solvers and seed, as of trials without an agent.
         perception: How the table is seen.
         agent: Begins a conversation, one a row.
-        facts: What stands in every raw row beside the trial: perception and agent.
+        facts: Columns of every raw row besides the trial: perception and agent.
         folder: Where evidence is kept; None keeps none.
-        distractors: Things of no class on the table, which only a camera sees.
+        distractors: Objects of no class on the table, which only a camera sees.
     """
 
     series: Series
@@ -48,7 +48,7 @@ class Experiment:
 
     @property
     def per_row(self) -> int:
-        """Trials of a row: one a thing."""
+        """Trials of a row: one per object."""
         return len(required_scene(self.series.config, self.series.robot.name).objects)
 
     def row(self, number: int, watch: Callable[[Scene], object] | None = None) -> list[dict]:
@@ -56,7 +56,7 @@ class Experiment:
 
         Args:
             number: Number of the row, from 0.
-            watch: Called with the scene once all things lie in it, for cameras.
+            watch: Called with the scene once all objects lie in it, for cameras.
 
         Returns:
             One raw row for each of its trials, in the order of their numbers.
@@ -153,7 +153,7 @@ class Experiment:
 
 
 def _once_each() -> Callable[[Action, SceneObject | None], str]:
-    """A rule of the protocol: each thing is grasped once, whatever came of it."""
+    """A rule of the protocol: each object is grasped once, whatever the outcome."""
     tried: set[int] = set()
 
     def refuse(action: Action, obj: SceneObject | None) -> str:

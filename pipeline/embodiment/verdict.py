@@ -1,6 +1,6 @@
 """The five classes of the paper (section IV-C), from what really lay there and what was done.
 
-A trial is one thing of a row. `Detection`: it was not seen where it lay, or taken for something
+A trial is one object of a row. `Detection`: it was not seen where it lay, or taken for something
 else, and so could not be grasped. `LLM`: it was seen, but the agent did not have it grasped. All
 else is for the physics to say. As in the paper, a wrong name or place that leads to a successful
 grasp all the same is no failure.
@@ -19,7 +19,7 @@ from pipeline.grasping.outcome import DETECTION, LANGUAGE, SUCCESS, classify
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of one thing of a row.
+    """The outcome of one object of a row.
 
     Attributes:
         outcome: Class of the paper.
@@ -41,13 +41,13 @@ class Verdict:
 
 
 def judge(obj: SceneObject, at_first: Array, episode: Episode, located: float) -> Verdict:
-    """Class one thing of a row.
+    """Class one object of a row.
 
     Args:
-        obj: The thing.
+        obj: The object.
         at_first: Where it lay when the agent was instructed, base frame [m], shape (3,).
         episode: How the instruction went.
-        located: Distance within which a sighting is of the thing that lies there [m].
+        located: Distance within which a sighting is of the object that lies there [m].
     """
     attempt, order = _attempt(obj, episode)
     seen_as, score, error = _seen(obj.name, at_first, episode, located)
@@ -59,7 +59,7 @@ def judge(obj: SceneObject, at_first: Array, episode: Episode, located: float) -
 
 
 def _attempt(obj: SceneObject, episode: Episode) -> tuple[Event | None, int]:
-    """The first grasp where the thing lay, or else the first in its name where nothing lay."""
+    """The first grasp where the object lay, or else the first in its name where nothing lay."""
     grasps = [event for event in episode.events if event.report is not None]
     here = [event for event in grasps if event.obj is obj]
     meant = [e for e in grasps if e.obj is None and e.action.target == obj.name]
@@ -69,7 +69,7 @@ def _attempt(obj: SceneObject, episode: Episode) -> tuple[Event | None, int]:
 
 
 def _seen(name: str, place: Array, episode: Episode, located: float) -> tuple[str, float, float]:
-    """Name, score and error of the sighting of a thing in the first look; its own name first."""
+    """Name, score and error of the sighting of an object in the first look; its own name first."""
     near = []
     for each in episode.view.sightings:
         away = float(np.linalg.norm(each.position[:2] - place[:2]))
@@ -99,12 +99,12 @@ def _outcome(
         return LANGUAGE, episode.problem
     others = {e.action.kind for e in episode.events if e.obj is obj and e.report is None}
     if others:
-        return LANGUAGE, f"not grasped, but asked to {' and '.join(sorted(others))}"
-    return LANGUAGE, "seen, but no grasp of it was asked for"
+        return LANGUAGE, f"not grasped, but requested to {' and '.join(sorted(others))}"
+    return LANGUAGE, "seen, but no grasp of it was requested"
 
 
 def _unseen(name: str, place: Array, episode: Episode, seen_as: str) -> str:
-    """Why a thing counts as not seen."""
+    """Why an object counts as not seen."""
     if seen_as:
         return f"seen as {seen_as}"
     away = [

@@ -1,1 +1,1 @@
-"""Where tasks run: processes of this machine, joblib, SLURM through submitit, or Ray."""
+"""Where tasks run: processes of this machine, SLURM through submitit, or Ray."""

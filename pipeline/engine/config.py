@@ -9,7 +9,7 @@ from omegaconf import MISSING
 
 from pipeline.checks import at_least, one_of, positive
 
-LOCAL, JOBLIB, SLURM, RAY = ENGINES = ("local", "joblib", "slurm", "ray")
+LOCAL, SLURM, RAY = ENGINES = ("local", "slurm", "ray")
 CLUSTERS = ("slurm", "local", "debug")
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+
+from filelock import FileLock, Timeout
 
 POLL_S = 0.2  # between tries for a core that another task holds
 
@@ -45,10 +46,10 @@ def own_cores(count: int) -> Iterator[int]:
 
 
 def _hold(held: ExitStack, path: Path) -> bool:
-    stream = held.enter_context(path.open("a"))
+    lock = FileLock(path, blocking=False)
     try:
-        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+        held.enter_context(lock)
+    except Timeout:
         return False
     return True
 

@@ -42,7 +42,7 @@ class Processes:
         return wait(handles, return_when=FIRST_COMPLETED).done
 
     def outcomes(self, handle: Future[Any], count: int) -> list[TaskResult[Any]]:
-        """Return what a task came to; a worker that died is not used again."""
+        """Return the result of a task; a worker that died is not used again."""
         worker = self._busy.pop(handle)
         try:
             outcome = handle.result()

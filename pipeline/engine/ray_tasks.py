@@ -8,9 +8,9 @@ from collections.abc import Collection, Sequence
 from typing import Any
 
 from pipeline.engine.config import LOCAL, EngineConfig
-from pipeline.engine.errors import EngineError
-from pipeline.engine.packages import package
 from pipeline.engine.task import Call, TaskResult, lost
+from pipeline.errors import EngineError
+from pipeline.packages import optional_package
 from pipeline.progress import hide_bars
 
 GIB = 1 << 30
@@ -30,7 +30,7 @@ class RayTasks:
 
     def __init__(self, engine: EngineConfig) -> None:
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # a benchmark calls nobody
-        self._ray = package("ray", "ray")
+        self._ray = optional_package("engine=ray", EngineError)
         if not self._ray.is_initialized():
             _connect(self._ray, engine)
         self.room: int | None = engine.workers
@@ -53,7 +53,7 @@ class RayTasks:
         return list(done)
 
     def outcomes(self, handle: Any, count: int) -> list[TaskResult[Any]]:
-        """Return what a task came to."""
+        """Return the result of a task."""
         try:
             outcome: TaskResult[Any] = self._ray.get(handle)
         except self._lost as error:

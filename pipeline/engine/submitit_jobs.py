@@ -11,14 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.engine.config import SLURM, EngineConfig
-from pipeline.engine.errors import EngineError
-from pipeline.engine.packages import package
 from pipeline.engine.task import Batch, Call, TaskResult, lost
+from pipeline.errors import EngineError
+from pipeline.packages import optional_package
 from pipeline.progress import hide_bars
-from pipeline.provenance import ROOT
 
-# s between looks at the jobs. On a cluster each look is a question to the file server for each job;
-# the scheduler itself is asked far less often by submitit.
+# s between looks at the jobs. On a cluster each look is a query to the file server for each job;
+# submitit queries the scheduler itself far less often.
 POLL_S, CLUSTER_POLL_S = 0.5, 5.0
 
 
@@ -34,12 +33,12 @@ class SubmititJobs:
     """
 
     def __init__(self, engine: EngineConfig, title: str) -> None:
-        submitit = package("submitit", "cluster")
+        submitit = optional_package("engine=slurm", EngineError)
         self._lost = submitit.core.utils.UncompletedJobError
         self.batch = engine.tasks_per_job
         # The scheduler holds an array back by itself; processes of this machine start at once.
         self.room = None if engine.cluster == SLURM else engine.workers
-        self._logs = _absolute(engine.folder) / f"{title}-{os.getpid()}"
+        self._logs = Path(engine.folder).absolute() / f"{title}-{os.getpid()}"
         try:
             self._executor = submitit.AutoExecutor(self._logs / "%j", cluster=engine.cluster)
             self._executor.update_parameters(**parameters(engine, title))
@@ -67,7 +66,7 @@ class SubmititJobs:
             time.sleep(CLUSTER_POLL_S if self.room is None else POLL_S)
 
     def outcomes(self, handle: Any, count: int) -> list[TaskResult[Any]]:
-        """Return what the tasks of a job came to; its log stays if it died."""
+        """Return the results of the tasks of a job; its log stays if it died."""
         try:
             outcomes: list[TaskResult[Any]] = handle.result()
         except self._lost:
@@ -115,8 +114,3 @@ def parameters(engine: EngineConfig, title: str) -> dict[str, Any]:
     if engine.setup:
         given["slurm_setup"] = list(engine.setup)
     return given
-
-
-def _absolute(folder: str) -> Path:
-    path = Path(folder)
-    return path if path.is_absolute() else ROOT / path

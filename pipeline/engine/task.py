@@ -10,12 +10,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from pipeline.engine.errors import EngineError, TaskFault
-from pipeline.errors import PipelineError
+from pipeline.errors import EngineError, PipelineError
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 OURS = ("pipeline", "baselines", "robots")  # packages whose ValueErrors are sentences for the user
+
+
+class TaskFault(RuntimeError):  # noqa: N818 - a fault of the code, with its own traceback
+    """A task that raised what no user can correct, with the traceback of its worker."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Types of `conf/evaluate`: what is solved, how often, and what counts as what."""
+"""Types of `conf/evaluate`: what is solved, how often, what counts as what; names in the rows."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from omegaconf import MISSING
 from pipeline.checks import at_least, one_of, positive, positive_all, within
 
 NOT_FOUND_POLICIES = ("idle", "nan")
+UNPINNED = "_unpinned"  # ends the name of a solver in rows that were not measured on pinned cores
 HOME = "home"  # the initial guess that is no solver's answer
 
 
@@ -49,7 +50,7 @@ class EvaluateConfig:
     chunk: int = MISSING
 
     def __post_init__(self) -> None:
-        """Refuse empty runs, budgets and batches that cannot be."""
+        """Refuse empty runs, budgets and batches that are not possible."""
         one_of("evaluate.not_found", self.not_found, NOT_FOUND_POLICIES)
         at_least("evaluate.poses", self.poses, 0)
         if self.time_s is not None:
@@ -66,6 +67,11 @@ class EvaluateConfig:
             positive(f"evaluate.{name}", getattr(self, name))
         if not isinstance(self.solvers, str) and not self.solvers:
             raise ValueError("evaluate.solvers must name at least one solver")
+
+    def solvers_by_key(self) -> dict[str, list[str]]:
+        """Return the names of the solvers that a run loads, by the key that names them."""
+        seeders = [] if self.seeded_by == HOME else [self.seeded_by]
+        return {"evaluate.solvers": list(self.solvers), "evaluate.seeded_by": seeders}
 
 
 @dataclass
@@ -90,3 +96,17 @@ class SampleConfig:
         if all(isinstance(number, int) for number in numbers):
             within("sample.postures", self.postures, 0, self.samples)
             within("sample.pictured", self.pictured, 0, self.poses - 1)
+
+    def solvers_by_key(self) -> dict[str, list[str]]:
+        """Return the names of the solvers that a run loads, by the key that names them."""
+        return {"sample.solver": [self.solver]}
+
+
+def row_name(solver: str, pinned: bool) -> str:
+    """Return the name of a solver in the rows: one that used all cores is a solver of its own."""
+    return solver if pinned else f"{solver}{UNPINNED}"
+
+
+def solver_of_rows(name: str) -> str:
+    """Return the solver behind a name in the rows."""
+    return name.removesuffix(UNPINNED)

@@ -1,4 +1,4 @@
-"""Figures of a detector from its raw rows alone: precision, recall, mAP50, errors of the place."""
+"""Figures of a detector from its raw rows alone: precision, recall, mAP50, position errors."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def average_precision(rows: pd.DataFrame) -> float:
         rows: Of one class.
     """
     objects = int((rows.kind != FALSE).sum())
-    told = rows[rows.kind != MISSED].sort_values("score", ascending=False, kind="stable")
-    hits = (told.kind == FOUND).to_numpy()
+    detected = rows[rows.kind != MISSED].sort_values("score", ascending=False, kind="stable")
+    hits = (detected.kind == FOUND).to_numpy()
     if not objects or not len(hits):
         return 0.0
     recall = np.cumsum(hits) / objects

@@ -15,7 +15,10 @@ import torch
 from pipeline.engine.cores import usable_cores
 from pipeline.provenance import machine, versions
 
-__all__ = ["fingerprint_hash", "machine_fingerprint", "pinned", "usable_cores"]
+
+def allowed_threads(threads: int, is_pinned: bool) -> int:
+    """Return how many cores an evaluation may use: ``threads`` if pinned, else all usable ones."""
+    return threads if is_pinned else usable_cores()
 
 
 def machine_fingerprint(threads: int) -> dict[str, Any]:

@@ -101,7 +101,7 @@ def euler_zyx(matrix: ArrayLike) -> Array:
 def within(
     position_mm: ArrayLike, rotation_deg: ArrayLike, limit_mm: float, limit_deg: float
 ) -> NDArray[np.bool_]:
-    """Tell which errors lie below both limits; an error that is NaN lies below none."""
+    """Return which errors lie below both limits; an error that is NaN lies below none."""
     position, rotation = np.asarray(position_mm), np.asarray(rotation_deg)
     return np.asarray((position < limit_mm) & (rotation < limit_deg))
 

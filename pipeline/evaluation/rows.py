@@ -47,7 +47,7 @@ COLUMNS = {
     "target_x_m": "position of the target in the base frame [m]; likewise y and z",
     "q0": "returned joints, base to tip: q0, q1, … [rad or m]",
     "threads": "cores that the process was allowed",
-    "pinned": "whether these were as many as asked for, rather than all there are",
+    "pinned": "whether these were as many as requested, rather than all there are",
     "machine": "hash of the machine's fingerprint, which the table's metadata hold in full",
 }
 
@@ -64,7 +64,7 @@ def raw_rows(
 
     Args:
         robot: The robot.
-        targets: (N, 7) poses that were asked for.
+        targets: (N, 7) requested poses.
         answers: Solutions of consecutive batches, N rows together.
         times_us: (N,) wall time per pose [us].
         config: Tolerance of a claim, slack of a limit.

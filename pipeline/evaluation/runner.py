@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,16 +13,19 @@ from numpy.typing import NDArray
 
 from baselines import Budget, QuerySolver, Solution, Solver, SolverError
 from pipeline.errors import PipelineError
-from pipeline.evaluation.chunk_cache import ChunkCache, array_checksum
+from pipeline.evaluation.cache import ChunkCache, cache_key
 from pipeline.evaluation.config import EvaluateConfig
-from pipeline.evaluation.identity import solver_identity
-from pipeline.evaluation.machine import fingerprint_hash, machine_fingerprint, pinned, usable_cores
+from pipeline.evaluation.machine import (
+    allowed_threads,
+    fingerprint_hash,
+    machine_fingerprint,
+    pinned,
+)
 from pipeline.evaluation.rows import raw_rows
-from pipeline.evaluation.task import EvaluationTask
+from pipeline.evaluation.task import EvaluationTask, accepted_budget
 
 Array = NDArray[np.float64]
 NS_PER_US = 1e3
-CACHE_KEY_EXCLUDES = ("solvers", "keep", "first_core")  # settings that rows do not depend on
 
 
 class EvaluationError(PipelineError):
@@ -47,8 +49,9 @@ def evaluate_solver(
     Args:
         task: Solver, robot and poses.
         config: Budget, batch sizes, warm-up, threads.
-        cache_folder: Where finished chunks are kept, so that a second call goes on; None keeps
-            none. Call `clear_chunks` when the rows are safely written.
+        cache_folder: Where finished chunks are kept, so that a second call continues; None keeps
+            none. Call `pipeline.evaluation.cache.clear_chunks` when the
+            rows are safely written.
         progress: Called with the number of poses finished, also for chunks found on disk.
 
     Returns:
@@ -59,7 +62,7 @@ def evaluate_solver(
     """
     if len(task.poses) == 0:
         raise EvaluationError("expected at least one pose to evaluate, got none")
-    threads = allowed_threads(config)
+    threads = allowed_threads(config.threads, config.pinned)
     machine = fingerprint_hash(machine_fingerprint(threads))
     cache = ChunkCache(cache_folder, cache_key(task, config))
     with pinned(config.threads, cores=config.pinned, first=config.first_core):
@@ -80,43 +83,9 @@ def evaluate_solver(
     return pd.concat(frames, ignore_index=True)
 
 
-def allowed_threads(config: EvaluateConfig) -> int:
-    """Return how many cores an evaluation may use."""
-    return config.threads if config.pinned else usable_cores()
-
-
 def count_poses(task: EvaluationTask, config: EvaluateConfig) -> int:
     """Return how many poses `evaluate_solver` will answer, all batch sizes together."""
     return sum(stop - start for _, start, stop in plan_chunks(task, config))
-
-
-def clear_chunks(folder: Path) -> None:
-    """Remove the chunks of a finished evaluation."""
-    ChunkCache(folder, {}).clear()
-
-
-def cache_key(task: EvaluationTask, config: EvaluateConfig) -> dict[str, Any]:
-    """Return everything that the rows depend on, as provenance and as the key of chunks."""
-    robot = task.robot
-    budget = _budget(task.solver, config) or task.solver.budget
-    initial = None if task.initial is None else array_checksum(task.initial)
-    return {
-        "robot": robot.name,
-        "urdf_checksum": robot.urdf_checksum,
-        "base": robot.base,
-        "tip": robot.tip,
-        "solver": task.label,
-        "solver_identity": solver_identity(task.solver),
-        "solver_budget": None if budget is None else asdict(budget),
-        "seed": task.seed,
-        "initial": initial or "home",
-        "seeded_by": task.seeded_by,
-        "seeder_identity": solver_identity(task.seeder) if task.seeder else None,
-        "poses": len(task.poses),
-        "poses_checksum": array_checksum(task.poses),
-        "evaluate": {k: v for k, v in asdict(config).items() if k not in CACHE_KEY_EXCLUDES},
-        "machine": machine_fingerprint(allowed_threads(config)),
-    }
 
 
 def plan_chunks(task: EvaluationTask, config: EvaluateConfig) -> Iterator[tuple[int, int, int]]:
@@ -141,7 +110,7 @@ def batch_sizes(solver: Solver, config: EvaluateConfig) -> list[int]:
 
 def _warm_up(task: EvaluationTask, config: EvaluateConfig) -> None:
     """Let caches fill and compilers run, at every batch size, before anything is timed."""
-    budget = _budget(task.solver, config)
+    budget = accepted_budget(task.solver, config)
     for batch_size in sorted({size for size, _, _ in plan_chunks(task, config)}):
         count = max(config.warm_up, batch_size) if config.warm_up else 0
         for start in range(0, count, batch_size):
@@ -151,7 +120,7 @@ def _warm_up(task: EvaluationTask, config: EvaluateConfig) -> None:
 def _solve_chunk(
     task: EvaluationTask, config: EvaluateConfig, batch_size: int, first: int, total: int
 ) -> pd.DataFrame:
-    budget = _budget(task.solver, config)
+    budget = accepted_budget(task.solver, config)
     answers, times, seed_times = [], [], []
     for start in range(0, len(task.poses), batch_size):
         part = task.part(start, min(start + batch_size, len(task.poses)))
@@ -200,10 +169,3 @@ def _call(task: EvaluationTask, budget: Budget | None) -> Solution:
         found=solution.found & finite,
         reason=tuple(str(reason) for reason in reasons),
     )
-
-
-def _budget(solver: Solver, config: EvaluateConfig) -> Budget | None:
-    """The configured budget, as far as the solver heeds it; None leaves it its own."""
-    time_s = config.time_s if "time_s" in solver.budgets else None
-    iterations = config.iterations if "iterations" in solver.budgets else None
-    return None if time_s is None and iterations is None else Budget(time_s, iterations)

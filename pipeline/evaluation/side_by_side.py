@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pipeline.engine.config import EngineConfig
@@ -15,7 +15,6 @@ from pipeline.engine.cores import own_cores, usable_cores
 from pipeline.engine.running import one_machine, try_tasks, workers_of
 from pipeline.engine.task import TaskResult
 from pipeline.progress import LOGGER
-from pipeline.provenance import ROOT
 
 
 @dataclass(frozen=True)
@@ -65,8 +64,8 @@ def run_jobs(
     """Run all jobs, pinned ones as many at a time as the engine takes, the others after them.
 
     Those that are not pinned run one at a time on one machine: nothing may run beside them. A job
-    that fails is told and does not stop the others. What a killed job had measured is kept by the
-    stage itself.
+    that fails is reported and does not stop the others. What a killed job had measured is kept by
+    the stage itself.
 
     Args:
         jobs: In the order of work.
@@ -94,7 +93,7 @@ def run_jobs(
             for number, outcome in outcomes:
                 ended += 1
                 what = f"{ended} of {len(jobs)}: {chosen[number]}"
-                if not _tell(what, outcome, runs[number].log):
+                if not _report(what, outcome, runs[number].log):
                     failed.append(chosen[number])
     return failed
 
@@ -107,11 +106,13 @@ class EvaluationRun:
         arguments: Of `python -m pipeline`.
         log: File that receives its output.
         pinned: Whether it is timed on one core; else on all that there are.
+        folder: Where the user stands, which relative paths among the arguments start from.
     """
 
     arguments: tuple[str, ...]
     log: Path
     pinned: bool
+    folder: Path = field(default_factory=Path.cwd)
 
 
 def run_apart(run: EvaluationRun) -> tuple[int, float]:
@@ -122,7 +123,7 @@ def run_apart(run: EvaluationRun) -> tuple[int, float]:
             place = [f"evaluate.first_core={first}"] if run.pinned else []
             status = subprocess.run(
                 [sys.executable, "-m", "pipeline", *run.arguments, *place],
-                cwd=ROOT,
+                cwd=run.folder,
                 stdout=stream,
                 stderr=subprocess.STDOUT,
                 check=False,
@@ -130,8 +131,8 @@ def run_apart(run: EvaluationRun) -> tuple[int, float]:
         return status, time.monotonic() - began
 
 
-def _tell(what: str, outcome: TaskResult[tuple[int, float]], log: Path) -> bool:
-    """Say how a job ended and return whether it went well."""
+def _report(what: str, outcome: TaskResult[tuple[int, float]], log: Path) -> bool:
+    """Report how a job ended and return whether it succeeded."""
     status, seconds = outcome.value or (None, 0.0)
     if status == 0:
         LOGGER.info("%s done in %.0f s", what, seconds)

@@ -55,7 +55,7 @@ def wilson_interval(successes: int, trials: int, confidence: float) -> Interval:
         confidence: For example 0.95.
 
     Raises:
-        StatisticsError: Counts that cannot be, or a confidence outside (0, 1).
+        StatisticsError: Counts that are not possible, or a confidence outside (0, 1).
     """
     if not 0 <= successes <= trials:
         raise StatisticsError(f"expected 0 <= successes <= trials, got {successes} of {trials}")

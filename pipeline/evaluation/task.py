@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from baselines import Solver
-from pipeline.evaluation.config import HOME
+from baselines import Budget, Solver
+from pipeline.evaluation.config import HOME, EvaluateConfig
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -28,7 +28,8 @@ class EvaluationTask:
         seed: Seed of the solver or of the training behind it; a column of the rows.
         name: Name of the solver in the rows; its own where left out.
         initial: (dof,) or (N, dof) initial guesses; the robot's home configuration if None.
-        seeder: Solver whose answers are the initial guesses instead; it is asked call by call.
+        seeder: Solver whose answers are the initial guesses instead, computed call by call.
+        code: Digest of the code behind the rows; rows of other code are not reused.
     """
 
     robot: Robot
@@ -38,6 +39,7 @@ class EvaluationTask:
     name: str = ""
     initial: Array | None = None
     seeder: Solver | None = None
+    code: str = ""
 
     @property
     def label(self) -> str:
@@ -46,7 +48,7 @@ class EvaluationTask:
 
     @property
     def seeded_by(self) -> str:
-        """Where initial guesses come from: home, given, or the name of the solver that is asked."""
+        """Where initial guesses come from: home, given, or the name of the seeding solver."""
         if self.seeder is not None:
             return self.seeder.name
         return HOME if self.initial is None else "given"
@@ -64,7 +66,14 @@ class EvaluationTask:
         return replace(self, poses=self.poses[rows], initial=initial)
 
     def seeded(self) -> EvaluationTask:
-        """Return the same subject with the seeder's answers as initial guesses."""
+        """Return the same task with the seeder's answers as initial guesses."""
         if self.seeder is None:
             return self
         return replace(self, initial=self.seeder.solve(self.poses).joints, seeder=None)
+
+
+def accepted_budget(solver: Solver, config: EvaluateConfig) -> Budget | None:
+    """Return the configured budget as far as a solver accepts it; None leaves it its own."""
+    time_s = config.time_s if "time_s" in solver.budgets else None
+    iterations = config.iterations if "iterations" in solver.budgets else None
+    return None if time_s is None and iterations is None else Budget(time_s, iterations)

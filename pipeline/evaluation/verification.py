@@ -57,7 +57,7 @@ def tip_poses(robot: Robot, joints: ArrayLike) -> Array:
 
 
 def within_limits(robot: Robot, joints: ArrayLike, slack: float) -> NDArray[np.bool_]:
-    """Tell which configurations keep every joint within its limits.
+    """Return which configurations keep every joint within its limits.
 
     Args:
         robot: Whose limits.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from pipeline.data.rows import RowCheckpoint
+from pipeline.data.rows import Resumable
 from pipeline.grasping.config import GraspConfig
 from pipeline.grasping.outcome import CLASSES
 from pipeline.grasping.series import Series
@@ -24,7 +24,7 @@ PHYSICS = ("rate", "iterations")  # settings that are the engine's
 
 
 @dataclass(frozen=True)
-class Study:
+class Study(Resumable):
     """A study of one robot.
 
     Attributes:
@@ -38,33 +38,12 @@ class Study:
     @property
     def trials(self) -> int:
         """Trials of all variants together."""
-        return len(self._units())
+        return len(self.units())
 
-    def run(
-        self, kept: RowCheckpoint, progress: Callable[[dict[str, Any]], object]
-    ) -> pd.DataFrame:
-        """Run every variant on the same trials, those that are kept left out.
-
-        Args:
-            kept: Finished trials by `KEY`; a killed study goes on after the last of them.
-            progress: Called with each row, also with those that were kept.
-
-        Returns:
-            One raw row a variant and trial: that of the trial, and the study and variant it is of.
-        """
-        rows = []
-        for unit in self._units():
-            row = kept.get(*unit)
-            if row is None:
-                (row,) = self.unit(unit)
-                kept.put(row)
-            rows.append(row)
-            progress(row)
-        return pd.DataFrame(rows)
-
-    def pending(self, kept: RowCheckpoint) -> list[tuple[int, int]]:
-        """Variant and number of the trials that are not yet kept: units that need no other."""
-        return [unit for unit in self._units() if kept.get(*unit) is None]
+    def units(self) -> dict[tuple[int, int], list[tuple[object, ...]]]:
+        """Return variant and number of all trials, each with its key by `KEY`."""
+        trials = range(self.series.config.trials)
+        return {(v, n): [(v, n)] for v in range(len(self._settings)) for n in trials}
 
     def unit(self, unit: tuple[int, int]) -> list[dict[str, Any]]:
         """Run one trial of a variant and return its raw row."""
@@ -75,11 +54,6 @@ class Study:
             self._loaded[variant] = self.varied(values)
         row = {"study": self._name, "axes": ",".join(values), "variant": variant}
         return [row | self._loaded[variant].trial(number)]
-
-    def _units(self) -> list[tuple[int, int]]:
-        return [
-            (v, n) for v in range(len(self._settings)) for n in range(self.series.config.trials)
-        ]
 
     def varied(self, values: dict[str, Any]) -> Series:
         """The trials with some settings changed."""

@@ -25,7 +25,7 @@ SWING_STEPS = 20  # waypoints of a motion from joints to joints
 
 
 class MotionAborted(Exception):  # noqa: N818
-    """The attempt cannot go on, and why."""
+    """The attempt cannot continue, and why."""
 
 
 def scaled_rule(rule: MotionConfig, scale: float) -> MotionConfig:
@@ -42,9 +42,9 @@ class Arm:
 
     Attributes:
         target: Joints that the arm was sent to last [rad or m], shape (dof,).
-        holding: Whether something is held, which is carried less swiftly.
+        holding: Whether something is held, which is carried more slowly.
         motions: Planned motions by name since `begin`, as they were followed.
-        swung: Motions since `begin` whose path could not be followed, so that the arm swung round.
+        swung: Motions since `begin` whose path could not be followed: the joints moved straight.
     """
 
     def __init__(
@@ -114,14 +114,14 @@ class Arm:
             self.swing(self.robot.home)
 
     def retreat(self) -> None:
-        """Be at the idle configuration with an open hand, from wherever an attempt ended."""
+        """Move to the idle configuration with an open hand, from wherever an attempt ended."""
         self.scene.hand.let_go()
         self.holding = False
         if not np.array_equal(self.target, self.robot.home):
             self.swing(self.robot.home)
 
     def swing(self, joints: Array) -> None:
-        """Go straight from joints to joints; swift, unless something is held."""
+        """Go straight from joints to joints; fast, unless something is held."""
         timing = self.config.timing
         self.follow(
             np.linspace(self.target, joints, SWING_STEPS),
@@ -172,12 +172,12 @@ class Arm:
 
 
 def first_in_reach(candidates: Iterable[Reach], tolerance: float, what: str) -> Reach:
-    """Return the first of several ways that is in reach; later ones are not even tried.
+    """Return the first of several candidates that is in reach; later ones are not computed.
 
     Args:
-        candidates: The best of each, tried as they are asked for.
+        candidates: The best of each distance or direction, computed lazily.
         tolerance: Largest tip error [m].
-        what: What is to be reached for, as the failure calls it.
+        what: What is to be reached for, as the failure names it.
 
     Raises:
         MotionAborted: None is.

@@ -7,16 +7,14 @@ from typing import Any
 
 from omegaconf import MISSING
 
-from pipeline.checks import at_least, interval, one_of, positive, within
-from pipeline.grasping.camera_config import CameraConfig, VideoConfig
-from pipeline.grasping.primitive_config import PointConfig, PushConfig
-from pipeline.grasping.protocol_config import ProtocolConfig
+from pipeline.checks import at_least, interval, one_of, positive, positive_all, within
 from pipeline.planning.config import MotionConfig, TimingConfig
 
 SHAPES = ("sphere", "capsule", "cylinder", "box")
 VIDEOS = ("none", "first", "classes", "all")
 AXES = ("solver", "position_error", "tension_scale", "friction_scale", "rate", "iterations")
 MOTIONS = ("approach", "lift", "transfer", "homeward", "push")
+EVIDENCE = ("failures", "all", "none")
 
 
 @dataclass
@@ -57,7 +55,7 @@ class PartConfig:
 
 @dataclass
 class ObjectConfig:
-    """A thing to grasp, built from primitives."""
+    """An object to grasp, built from primitives."""
 
     mass: float = MISSING  # kg
     friction: float = MISSING
@@ -70,7 +68,7 @@ class ObjectConfig:
     parts: list[PartConfig] = MISSING
 
     def __post_init__(self) -> None:
-        """Refuse things without mass or size."""
+        """Refuse objects without mass or size."""
         positive("grasp.objects: mass", self.mass)
         positive("grasp.objects: height", self.height)
         at_least("grasp.objects: friction", self.friction, 0)
@@ -167,6 +165,68 @@ class HandConfig:
 
 
 @dataclass
+class PushConfig:
+    """How the closed hand pushes an object over the table."""
+
+    stand_off: float = MISSING  # m
+    distance: float = MISSING  # m
+    height: float = MISSING  # m
+    directions: list[float] = MISSING  # deg
+    yaws: list[float] = MISSING  # deg
+    tilts: list[float] = MISSING  # deg
+    min_displacement: float = MISSING  # m
+
+    def __post_init__(self) -> None:
+        """Refuse pushes that go nowhere."""
+        for name in ("stand_off", "distance", "min_displacement"):
+            positive(f"grasp.scenes: push.{name}", getattr(self, name))
+        at_least("grasp.scenes: push.height", self.height, 0)
+        if not (self.directions and self.yaws and self.tilts):
+            raise ValueError(
+                "grasp.scenes: push needs a direction, a yaw and a tilt [deg] at least"
+            )
+
+
+@dataclass
+class PointConfig:
+    """How the hand points at an object."""
+
+    distances: list[float] = MISSING  # m
+    yaws: list[float] = MISSING  # deg
+    tilts: list[float] = MISSING  # deg
+    stretched: list[str] = MISSING
+    hold_s: float = MISSING  # s
+    beside: float = MISSING  # m
+
+    def __post_init__(self) -> None:
+        """Refuse gestures without a direction to point in."""
+        positive_all("grasp.scenes: point.distances", self.distances)
+        if not self.yaws or not self.tilts:
+            raise ValueError("grasp.scenes: point needs at least one yaw and one tilt [deg]")
+        at_least("grasp.scenes: point.hold_s", self.hold_s, 0)
+        positive("grasp.scenes: point.beside", self.beside)
+
+
+@dataclass
+class CloseupConfig:
+    """The second camera, which follows the hand; its picture lies beside that of the first."""
+
+    distance: float = MISSING  # m
+    yaw: float = MISSING  # deg
+
+
+@dataclass
+class CameraConfig:
+    """The camera of the videos."""
+
+    target: list[float] = MISSING  # m, base frame
+    distance: float = MISSING  # m
+    yaw: float = MISSING  # deg
+    pitch: float = MISSING  # deg
+    closeup: CloseupConfig = field(default_factory=CloseupConfig)
+
+
+@dataclass
 class SceneConfig:
     """A robot's table, bins, objects and grip."""
 
@@ -203,6 +263,45 @@ class AblationConfig:
 
 
 @dataclass
+class VideoConfig:
+    """Size and speed of the videos."""
+
+    width: int = MISSING  # pixels
+    height: int = MISSING  # pixels
+    rate: float = MISSING  # Hz, of the simulated time
+    closeup: int = MISSING  # pixels
+    gif_width: int = MISSING  # pixels
+    gif_rate: float = MISSING  # Hz, of the simulated time
+
+    def __post_init__(self) -> None:
+        """Refuse pictures without pixels and films without pictures."""
+        for name in ("width", "height", "rate", "gif_rate"):
+            positive(f"grasp.recording.{name}", getattr(self, name))
+        for name in ("closeup", "gif_width"):
+            at_least(f"grasp.recording.{name}", getattr(self, name), 0)
+
+
+@dataclass
+class ProtocolConfig:
+    """Rows of objects, the sentence that starts them, and what counts as seen."""
+
+    sentence: str = MISSING
+    gap: float = MISSING  # m
+    located: float = MISSING  # m
+    bin_margin: float = MISSING  # m
+    evidence: str = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse a protocol without a sentence, or that takes anything for seen."""
+        if not self.sentence.strip():
+            raise ValueError("grasp.protocol.sentence must not be empty")
+        at_least("grasp.protocol.gap", self.gap, 0)
+        positive("grasp.protocol.located", self.located)
+        at_least("grasp.protocol.bin_margin", self.bin_margin, 0)
+        one_of("grasp.protocol.evidence", self.evidence, EVIDENCE)
+
+
+@dataclass
 class GraspConfig:
     """The grasp experiment."""
 
@@ -236,3 +335,12 @@ class GraspConfig:
             for robot, scene in self.scenes.items():
                 for name in scene.objects:
                     one_of(f"grasp.scenes.{robot}.objects", name, sorted(self.objects))
+
+    def solvers_by_key(self) -> dict[str, list[str]]:
+        """Return the names of the solvers that a run loads, by the key that names them."""
+        varied = self.ablation.vary.get("solver", []) if self.ablation is not None else []
+        return {
+            "grasp.solver": [self.solver],
+            "grasp.repair": [self.repair] if self.repair else [],
+            "grasp.ablation.vary.solver": [str(name) for name in varied],
+        }

@@ -9,12 +9,12 @@ from pipeline.grasping.arm import Arm, MotionAborted
 from pipeline.grasping.outcome import GraspReport
 
 Array = NDArray[np.float64]
-RESTING_SPEED = 0.02  # m/s below which a thing counts as lying still
+RESTING_SPEED = 0.02  # m/s below which an object counts as lying still
 SHAKES = 4  # times the hand is shaken at most
 
 
 class Grasp:
-    """One attempt of an arm to grasp the thing that its scene is about."""
+    """One attempt of an arm to grasp the object that its scene is about."""
 
     def __init__(self, arm: Arm) -> None:
         """Take the arm, which is at idle with an open hand."""
@@ -26,7 +26,7 @@ class Grasp:
         """Grasp what is believed to be at a place and bring it to the bin on its side.
 
         Args:
-            place: Believed centre of the thing, base frame [m], shape (3,).
+            place: Believed centre of the object, base frame [m], shape (3,).
 
         Returns:
             What happened; never raises for a failed grasp.
@@ -41,12 +41,12 @@ class Grasp:
         return self.report
 
     def side(self, place: ArrayLike) -> str:
-        """Side of the area that a place is on: `left` or `right`, seen by the robot."""
+        """Side of the area that a place is on: `left` or `right` of the robot."""
         middle = float(np.mean(self.scene.config.area.y))
         return "left" if np.asarray(place)[1] > middle else "right"
 
     def _pick(self, place: Array) -> None:
-        """Go to the thing, close the fingers and lift straight up."""
+        """Go to the object, close the fingers and lift straight up."""
         scene, grip = self.scene, self.grip
         before = scene.object_position()
         self.arm.get_ready()
@@ -74,7 +74,7 @@ class Grasp:
         self.arm.holding = self.report.lifted
 
     def _deposit(self, place: Array) -> None:
-        """Carry the thing over the bin on its side, let go, and see where it comes to rest."""
+        """Carry the object over the bin on its side, let go, and see where it comes to rest."""
         scene, side = self.scene, self.side(place)
         if side not in scene.config.bins:
             raise MotionAborted(f"there is no {side} bin")
@@ -113,7 +113,7 @@ class Grasp:
         self.report.closing_share = float(travel / abs(scene.hand.closed - scene.hand.open))
 
     def _shake_off(self) -> None:
-        """Knead and shake the hand while the thing sticks between its open fingers."""
+        """Knead and shake the hand while the object sticks between its open fingers."""
         arm, robot = self.arm, self.arm.robot
         sway = np.zeros(robot.dof)
         sway[-2:] = self.scene.config.hand.shake
@@ -129,7 +129,7 @@ class Grasp:
             arm.follow(np.array(waypoints), self.config.timing.swing)
 
     def _wait_for_rest(self) -> None:
-        """Wait until the dropped thing lies still, for as long as it would take to settle twice."""
+        """Wait until the dropped object lies still, at most twice the settling time."""
         for _ in range(4):
             self.scene.wait(self.config.physics.settle_s / 2)
             if self.scene.object_velocity() < RESTING_SPEED:

@@ -2,10 +2,10 @@
 
 A tendon is modelled by what it does at the joints: one tension T pulls all joints of a finger, each
 with the torque T times its pulley's radius. A joint that is blocked saturates at that torque while
-the others go on closing, so the finger wraps around what it meets.
+the others keep closing, so the finger wraps around what it meets.
 
 The segments of a finger weigh a few grams, and bodies that light under such a torque are thrown
-through joint limits and things within one step. What keeps a real finger from that is the inertia
+through joint limits and objects within one step. What keeps a real finger from that is the inertia
 of its drive, seen through the gear; it is added to every segment as `drive_inertia`.
 """
 
@@ -18,8 +18,8 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
+from pipeline.errors import GraspError
 from pipeline.grasping.config import HandConfig
-from pipeline.grasping.errors import GraspError
 
 KINDS = ("gripper", "tendon")
 

@@ -1,4 +1,4 @@
-"""What came of one grasp trial: its report, the class that follows from it, and its numbers."""
+"""The outcome of one grasp trial: its report, the class that follows from it, and its numbers."""
 
 from __future__ import annotations
 
@@ -13,14 +13,16 @@ SUCCESS, SLIPPED, NOT_GRASPED = "Success", "Slipped", "Not Grasped"
 DETECTION, LANGUAGE = "Detection", "LLM"  # classes of the paper that need perception and an agent
 CLASSES = (SUCCESS, SLIPPED, NOT_GRASPED, DETECTION, LANGUAGE)
 
-PUSHED_AWAY = 0.03  # m that a thing moved before the fingers closed, to be the reason of a failure
+PUSHED_AWAY = (
+    0.03  # m that an object moved before the fingers closed, to be the reason of a failure
+)
 FALLEN = 1.0  # m of such a way that only a fall from the table explains
 NOT_CLOSED = 0.02  # share of a finger joint's range below which the hand did not close at all
 
 
 @dataclass(frozen=True)
 class ActionResult:
-    """What an action came to.
+    """The result of an action.
 
     Attributes:
         done: Whether it succeeded.
@@ -38,17 +40,17 @@ class GraspReport:
     Attributes:
         motions: Planned motions by name, as they were followed.
         reach_error: Tip error of the best top grasp [m].
-        pushed: Way the thing moved before the fingers closed [m].
+        pushed: Way the object moved before the fingers closed [m].
         tracking_error: Distance of the tip from where it was to be when it had arrived [m].
-        touching: Links of the hand on the thing after closing, after the lift, after the carry.
+        touching: Links of the hand on the object after closing, after the lift, after the carry.
         closing_s: Time the fingers took to stall [s].
         closing_share: Way of the joint that closed farthest, as a share of its range.
-        lifted: Whether the thing was off the table and in the hand after the lift.
+        lifted: Whether the object was off the table and in the hand after the lift.
         kept: Whether it was still in the hand over the bin.
         released: Whether the hand was opened over the bin.
         clinging: Whether it stuck to the open hand all the same.
         bin: Bin that it lies in at the end.
-        swung: Motions whose path could not be followed, so that the arm swung round by joints.
+        swung: Motions whose path could not be followed: the joints moved straight.
         stopped: Why the attempt ended early; empty if it did not.
     """
 

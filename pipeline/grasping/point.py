@@ -1,4 +1,4 @@
-"""The pointing primitive: the hand stops in front of a thing with its finger towards it."""
+"""The pointing primitive: the hand stops in front of an object with its finger towards it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class Point:
-    """One gesture of an arm towards the thing that its scene is about."""
+    """One gesture of an arm towards the object that its scene is about."""
 
     def __init__(self, arm: Arm) -> None:
         """Take the arm, which is at idle with an open hand."""
@@ -30,10 +30,10 @@ class Point:
         """Point at what is believed to be at a place, and go back.
 
         Args:
-            place: Believed centre of the thing, base frame [m], shape (3,).
+            place: Believed centre of the object, base frame [m], shape (3,).
 
         Returns:
-            Whether the line of the finger passes near the thing; never raises for a failure.
+            Whether the line of the finger passes near the object; never raises for a failure.
         """
         try:
             beside = self._gesture(np.asarray(place, dtype=np.float64))
@@ -44,7 +44,7 @@ class Point:
         return ActionResult(True, f"pointed {1e3 * beside:.0f} mm off its centre")
 
     def _gesture(self, place: Array) -> float:
-        """Make the gesture and return how far the finger's line passes the thing's centre [m]."""
+        """Make the gesture and return how far the finger's line passes the object's centre [m]."""
         arm, scene = self.arm, self.scene
         arm.get_ready()
         chosen = first_in_reach(self._ways(place), arm.grip.tolerance, "a gesture")

@@ -1,4 +1,4 @@
-"""The pushing primitive: the closed hand comes down beside a thing and moves it over the table."""
+"""The pushing primitive: the closed hand comes down beside an object and slides it sideways."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 class Push:
-    """One attempt of an arm to push the thing that its scene is about."""
+    """One attempt of an arm to push the object that its scene is about."""
 
     def __init__(self, arm: Arm) -> None:
         """Take the arm, which is at idle with an open hand."""
@@ -26,10 +26,10 @@ class Push:
         """Push what is believed to be at a place.
 
         Args:
-            place: Believed centre of the thing, base frame [m], shape (3,).
+            place: Believed centre of the object, base frame [m], shape (3,).
 
         Returns:
-            Whether the thing moved far enough; never raises for a failed push.
+            Whether the object moved far enough; never raises for a failed push.
         """
         before = self.scene.object_position()
         try:
@@ -69,7 +69,7 @@ class Push:
             yield choose(arm.robot, arm.solver, arm.grip, poses, ends, turns, arm.target)
 
     def _pose(self, place: Array, along: Array, yaw: float, tilt: float) -> Array:
-        """Where the tip stands before the push: behind the thing, low over the table."""
+        """Where the tip stands before the push: behind the object, low over the table."""
         rotation = tip_rotation(self.scene.config, place, yaw, tilt)
         position = place - self.push.stand_off * along
         position[2] = self.scene.config.table.height + self.push.height

@@ -1,4 +1,4 @@
-"""The simulated world: table, bins, robot and the things to grasp."""
+"""The simulated world: table, bins, robot and the objects to grasp."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import pybullet
 from numpy.typing import ArrayLike, NDArray
 from pybullet_utils.bullet_client import BulletClient
 
+from pipeline.errors import GraspError
 from pipeline.grasping.config import BinConfig, ObjectConfig, PhysicsConfig, SceneConfig
-from pipeline.grasping.errors import GraspError
 from pipeline.grasping.hand import Hand
 from pipeline.grasping.idle_joints import fix_idle_joints
 from pipeline.grasping.shapes import make_bin, make_object, make_table
@@ -44,7 +44,7 @@ class Scene:
     def __init__(
         self, robot: Robot, config: SceneConfig, physics: PhysicsConfig, gui: bool = False
     ) -> None:
-        """Build the world without the thing to grasp.
+        """Build the world without the object to grasp.
 
         Raises:
             GraspError: If the robot has no hand or its base does not carry its whole body.
@@ -70,7 +70,7 @@ class Scene:
         self.client.disconnect()
 
     def lay(self, obj: ObjectConfig, place: ArrayLike, yaw: float) -> int:
-        """Lay a thing on the table; it is then the one that the scene is about.
+        """Lay an object on the table; it is then the one that the scene is about.
 
         Args:
             obj: What to lay.
@@ -96,7 +96,7 @@ class Scene:
             self.step()
 
     def mark(self, phase: str) -> None:
-        """Say that a phase of the trial has ended."""
+        """Mark that a phase of the trial has ended."""
         if self.on_phase is not None:
             self.on_phase(phase)
 
@@ -128,15 +128,15 @@ class Scene:
         return position
 
     def object_position(self) -> Array:
-        """Centre of the thing, base frame [m], shape (3,)."""
+        """Centre of the object, base frame [m], shape (3,)."""
         return np.array(self.client.getBasePositionAndOrientation(self.object_id)[0])
 
     def object_velocity(self) -> float:
-        """Speed of the thing [m/s]."""
+        """Speed of the object [m/s]."""
         return float(np.linalg.norm(self.client.getBaseVelocity(self.object_id)[0]))
 
     def bin_of_object(self) -> str | None:
-        """Name of the bin that the thing lies in, if any."""
+        """Name of the bin that the object lies in, if any."""
         position = self.object_position()
         for name, box in self.config.bins.items():
             if inside(box, position):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from pipeline.data.rows import RowCheckpoint
+from pipeline.data.rows import Resumable
 from pipeline.grasping.config import GraspConfig
 from pipeline.grasping.outcome import CLASSES
 from pipeline.grasping.trial import run_trial
@@ -25,14 +24,14 @@ STILLS = 4  # columns of a contact sheet
 
 
 @dataclass(frozen=True)
-class Series:
+class Series(Resumable):
     """What all trials of a series share.
 
     Attributes:
         config: The experiment.
         robot: The robot.
         solver: Inverse kinematics of its motions.
-        repair: Solver that mends waypoints, or None.
+        repair: Solver that repairs waypoints, or None.
         seed: Root seed.
     """
 
@@ -42,28 +41,9 @@ class Series:
     repair: Solver | None
     seed: int
 
-    def run(
-        self, kept: RowCheckpoint, progress: Callable[[dict[str, Any]], object]
-    ) -> pd.DataFrame:
-        """Run the trials that are not yet kept and return one raw row for each.
-
-        Args:
-            kept: Finished trials by `KEY`; a killed series goes on after the last of them.
-            progress: Called with each row, also with those that were kept.
-        """
-        rows = []
-        for number in range(self.config.trials):
-            row = kept.get(number)
-            if row is None:
-                (row,) = self.unit(number)
-                kept.put(row)
-            rows.append(row)
-            progress(row)
-        return pd.DataFrame(rows)
-
-    def pending(self, kept: RowCheckpoint) -> list[int]:
-        """Numbers of the trials that are not yet kept: units of work that need no other."""
-        return [number for number in range(self.config.trials) if kept.get(number) is None]
+    def units(self) -> dict[int, list[tuple[object, ...]]]:
+        """Return the numbers of all trials, each with its key by `KEY`."""
+        return {number: [(number,)] for number in range(self.config.trials)}
 
     def unit(self, number: int) -> list[dict[str, Any]]:
         """Run one unit of work and return its raw rows."""

@@ -1,4 +1,4 @@
-"""Bodies built from primitives: table, bins and the things to grasp."""
+"""Bodies built from primitives: table, bins and the objects to grasp, and how far these reach."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pybullet
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 from pipeline.grasping.config import BinConfig, ObjectConfig, PartConfig, TableConfig
 
@@ -17,11 +18,11 @@ BIN_COLOUR = (0.35, 0.45, 0.60, 1.0)
 def make_object(
     client: Any, obj: ObjectConfig, position: ArrayLike, yaw: float, surface: float
 ) -> int:
-    """Lay a thing on a surface.
+    """Lay an object on a surface.
 
     Args:
         client: PyBullet client.
-        obj: Parts, mass and contact of the thing.
+        obj: Parts, mass and contact of the object.
         position: x and y of its centre, base frame [m].
         yaw: Rotation about the vertical [rad].
         surface: Height of the surface, base frame [m].
@@ -133,3 +134,38 @@ def _kind(shape: str) -> int:
         "cylinder": pybullet.GEOM_CYLINDER,
         "box": pybullet.GEOM_BOX,
     }[shape]
+
+
+def extent(obj: ObjectConfig, yaw: float, direction: ArrayLike) -> tuple[float, float]:
+    """Least and largest coordinate of an object along a direction, from its centre.
+
+    Args:
+        obj: Parts of the object.
+        yaw: Its rotation about the vertical [rad].
+        direction: Unit vector, base frame, shape (3,).
+
+    Returns:
+        From and to [m]; the first is negative where the object surrounds its centre.
+    """
+    axis = Rotation.from_euler("z", yaw).inv().apply(np.asarray(direction, dtype=np.float64))
+    ends = []
+    for part in obj.parts:
+        middle = float(np.dot(part.position, axis))
+        half = _half(
+            part, Rotation.from_euler("xyz", part.rotation, degrees=True).inv().apply(axis)
+        )
+        ends.append((middle - half, middle + half))
+    return min(low for low, _ in ends), max(high for _, high in ends)
+
+
+def _half(part: PartConfig, axis: np.ndarray) -> float:
+    """Half the length of a primitive along an axis of its own frame [m]; its own axis is z."""
+    if part.shape == "box":
+        return float(0.5 * np.abs(axis) @ np.asarray(part.size))
+    radius = part.size[0]
+    if part.shape == "sphere":
+        return radius
+    along = 0.5 * part.size[1] * abs(float(axis[2]))
+    if part.shape == "capsule":
+        return along + radius
+    return along + radius * float(np.hypot(axis[0], axis[1]))

@@ -1,4 +1,4 @@
-"""One grasp trial: where the thing lies, what the robot does, which class comes of it."""
+"""One grasp trial: where the object lies, what the robot does, which class comes of it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.errors import GraspError
 from pipeline.grasping.arm import Arm
 from pipeline.grasping.config import GraspConfig, SceneConfig
-from pipeline.grasping.errors import GraspError
 from pipeline.grasping.grasp import Grasp
 from pipeline.grasping.grip import tip_yaw
 from pipeline.grasping.outcome import classify, measures
@@ -31,10 +31,10 @@ class Setup:
     Attributes:
         number: Number of the trial, from 0.
         row: Row of the action area, from 0 at the near side.
-        name: Which thing.
+        name: Which object.
         place: x and y of its centre, base frame [m].
         yaw: Its rotation about the vertical [rad].
-        error: Error injected into the place that the robot is told [m], shape (2,).
+        error: Error injected into the place that the robot receives [m], shape (2,).
     """
 
     number: int
@@ -48,11 +48,11 @@ class Setup:
 def trial_setup(config: GraspConfig, robot: str, number: int, seed: int) -> Setup:
     """Lay out a trial by its number alone, so that each can be run by itself.
 
-    As in the paper, all things of the set stand on a row, spread over the width, and rows advance
+    As in the paper, all objects of the set stand on a row, spread over the width, and rows advance
     over the depth; their order on a row and the exact place in their share of it are drawn.
 
     Args:
-        config: The experiment; its scene has the area and the things.
+        config: The experiment; its scene has the area and the objects.
         robot: Name of the robot, part of the seed.
         number: Number of the trial, from 0.
         seed: Root seed.
@@ -121,7 +121,7 @@ def run_trial(
         solver: Inverse kinematics of its motions.
         number: Number of the trial, from 0; with the seed it fixes everything.
         seed: Root seed.
-        repair: Solver that mends waypoints from their neighbours.
+        repair: Solver that repairs waypoints from their neighbours.
         recorder: Films the trial.
 
     Returns:

@@ -9,12 +9,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from pipeline.errors import choices
-from pipeline.learning.config import ConstraintConfig
+from pipeline.learning.config import ConstraintConfig, TrainConfig
 from pipeline.learning.kinematics import make_link_kinematics
 from pipeline.learning.losses import PoseLoss, position_loss
-from pipeline.settings import TrainConfig
 from robots import Robot
+from robots.suggestions import unknown_name
 
 Penalty = Callable[[Tensor], Tensor]
 QUATERNION_SLACK = 1e-3
@@ -58,7 +57,7 @@ def chosen_joints(robot: Robot, requested: list[Any]) -> list[int]:
         if not known and not (isinstance(joint, int) and 0 <= joint < robot.dof):
             names = [*map(str, range(robot.dof)), *robot.joint_names]
             raise ConstraintError(
-                f"train.constraints: {choices(f'joint of {robot.name}', str(joint), names)}"
+                f"train.constraints: {unknown_name(f'joint of {robot.name}', str(joint), names)}"
             )
         numbers.append(robot.joint_names.index(joint) if known else int(joint))
     if not numbers:

@@ -10,6 +10,7 @@ on what runs beside it: batches, learning rates and first weights are those of
 from __future__ import annotations
 
 import gc
+import math
 import time
 import warnings
 from collections import deque
@@ -226,6 +227,7 @@ class FleetRun:
     def _body(self, forward: str) -> None:
         train, optimizer = self.job.train, self.optimizer
         backward = MEDIUM if train.precision == "bfloat16_backward" else HIGHEST
+        clip = math.inf if train.gradient_clip is None else train.gradient_clip
         parameters = list(self.network.parameters())
         for index in range(self.unroll):
             poses = self.job.poses.index_select(0, self._batch[index])
@@ -239,7 +241,7 @@ class FleetRun:
             gradients = [p.grad for p in parameters if p.grad is not None]
             norm = torch.nn.utils.get_total_norm(gradients)
             finite = torch.isfinite(norm).float() * self._enable[index]
-            optimizer.grad_scale = (norm / train.gradient_clip).clamp(min=1.0)
+            optimizer.grad_scale = (norm / clip).clamp(min=1.0)
             optimizer.found_inf = 1.0 - finite
             for group in optimizer.param_groups:
                 group["lr"] = self._rate[index]

@@ -12,8 +12,8 @@ import torch
 from torch import Tensor
 from torch.nn.functional import l1_loss, smooth_l1_loss
 
+from pipeline.learning.config import TrainConfig
 from pipeline.learning.rotation import matrix_from_quaternion, quaternion_from_matrix
-from pipeline.settings import TrainConfig
 
 Loss = Callable[[Tensor, Tensor], Tensor]
 

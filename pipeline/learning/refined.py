@@ -16,9 +16,9 @@ from baselines.refine import refine
 from baselines.refine_torch import refine_place, refine_torch
 from baselines.registry import settings
 from baselines.seed_library import build_seed_library
-from pipeline.errors import choices
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
+from robots.suggestions import unknown_name
 
 LIBRARY_SEED = 0  # one solver is one function of its settings
 
@@ -140,7 +140,7 @@ def _neural(name: str, robot: Robot, **overrides: Any) -> NeuralSolver:
     """Load the solver whose hypotheses are refined."""
     proposers = [known for known in baselines.names() if _is_network(known)]
     if name not in proposers:
-        raise SettingError(f"proposer: {choices('neural solver', name, proposers)}")
+        raise SettingError(f"proposer: {unknown_name('neural solver', name, proposers)}")
     solver = baselines.load(name, robot, **overrides)
     assert isinstance(solver, NeuralSolver)
     return solver

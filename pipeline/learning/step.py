@@ -15,10 +15,10 @@ import torch
 from torch import Tensor, nn
 
 from pipeline.learning.checkpoint import Progress
+from pipeline.learning.config import TrainConfig
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.objective import CapturableObjective, Objective
 from pipeline.learning.precision import MatmulPrecision, matmul_precision
-from pipeline.settings import TrainConfig
 
 WARM_UPS = 3  # PyTorch's advice: libraries ask for memory in their first calls, which no graph may
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,12 +19,12 @@ from pipeline.learning import checkpoint
 from pipeline.learning.allocator import keep_freed_memory
 from pipeline.learning.batches import Batches
 from pipeline.learning.checkpoint import Progress, State
+from pipeline.learning.config import TrainConfig
 from pipeline.learning.factory import make_objective
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.precision import MatmulPrecision, matmul_precision
 from pipeline.learning.step import CapturedStep, EagerStep, TrainingError, TrainState, is_captured
 from pipeline.progress import LOGGER, bar
-from pipeline.settings import TrainConfig
 from robots import Robot
 
 # What an error counts when validations are compared: success in the paper is one of each.
@@ -87,9 +88,8 @@ class Trainer:
             fused=True,
             capturable=captured,
         )
-        state = TrainState(
-            self.objective, self.network, self.optimizer, self.products, train.gradient_clip
-        )
+        clip = math.inf if train.gradient_clip is None else train.gradient_clip
+        state = TrainState(self.objective, self.network, self.optimizer, self.products, clip)
         self._step: EagerStep | CapturedStep = (
             CapturedStep(state, train.batch_size) if captured else EagerStep(state)
         )

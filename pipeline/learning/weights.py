@@ -12,9 +12,9 @@ from torch import Tensor, nn
 
 import robots
 from pipeline.data.files import read_json, replacing, sha256, write_json
+from pipeline.learning.config import ModelConfig
 from pipeline.learning.factory import build_network
 from pipeline.learning.networks import IkNetwork
-from pipeline.settings import ModelConfig
 from robots import Robot
 from robots.checksums import chain_checksum
 

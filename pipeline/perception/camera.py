@@ -1,4 +1,4 @@
-"""A robot's eye in simulation: where it is believed to be, where it is, and what it sees."""
+"""A robot's head camera in simulation: its calibrated pose, its actual pose, and its images."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 import pybullet
 from numpy.typing import ArrayLike, NDArray
 
+from pipeline.errors import PerceptionError
 from pipeline.perception.config import EyeConfig, PerturbationConfig
-from pipeline.perception.errors import PerceptionError
 from pipeline.perception.pinhole import Pinhole
 from robots.rotations import matrix_from_rpy
 from robots.urdf_writer import joint_motion
@@ -23,10 +23,10 @@ Image = NDArray[np.uint8]
 
 
 class EyeCamera:
-    """The eye of a robot.
+    """The head camera of a robot.
 
     What it projects with is what the robot believes; the perturbation moves the camera that the
-    picture is taken with, and nobody tells the robot.
+    picture is taken with, which the robot does not know.
 
     Attributes:
         believed: The camera as calibrated.
@@ -37,13 +37,13 @@ class EyeCamera:
     def __init__(
         self, robot: Robot, config: EyeConfig, perturbation: PerturbationConfig | None = None
     ) -> None:
-        """Mount the eye.
+        """Mount the camera.
 
         Args:
             robot: Its description has the mount and the lens.
             config: How the picture is rendered.
             perturbation: Errors of mount and light; none if not given. Its distractors are laid
-                by whoever lays the things, see `lay_distractors`.
+                together with the objects, see `lay_distractors`.
 
         Raises:
             PerceptionError: The robot has no camera, or it hangs on a joint of the chain.
@@ -119,7 +119,7 @@ def take_picture(
 
     Returns:
         Red, green, blue (height, width, 3), and PyBullet's number of body and link at each pixel
-        (height, width), see `body_and_link`; None if not asked for.
+        (height, width), see `body_and_link`; None if not requested.
     """
     flags = pybullet.ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX if mask else 0
     _, _, colours, depth, bodies = client.getCameraImage(

@@ -1,4 +1,4 @@
-"""Types of the `perception` group; conf/perception owns the values."""
+"""Types of the groups `perception` and `detector`; their folders in conf/ own the values."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ from dataclasses import dataclass, field
 
 from omegaconf import MISSING
 
-from pipeline.checks import at_least, one_of, positive, within
+from pipeline.checks import at_least, interval, numbers, one_of, positive, positive_all, within
 
 SOURCES = ("perfect", "camera")
 DETECTORS = ("embedded", "open_vocabulary")
+TEXTURES = ("plain", "waves", "stripes", "rings", "dots", "checks", "blotches")
+STRIDE = 8  # input pixels a side of a cell of the heat map
 
 
 @dataclass
 class EyeConfig:
-    """How the simulated eye renders; its mount and lens stand in the robot's robot.yaml."""
+    """How the simulated camera renders; its mount and lens stand in the robot's robot.yaml."""
 
     near: float = MISSING  # m
     far: float = MISSING  # m
@@ -32,8 +34,8 @@ class EyeConfig:
             raise ValueError(
                 f"perception.eye.far must lie beyond near ({self.near}), got {self.far}"
             )
-        three("perception.eye.light", self.light)
-        three("perception.eye.background", self.background)
+        numbers("perception.eye.light", self.light, 3)
+        numbers("perception.eye.background", self.background, 3)
         for name in ("ambient", "diffuse", "specular"):
             at_least(f"perception.eye.{name}", getattr(self, name), 0)
 
@@ -49,8 +51,8 @@ class PerturbationConfig:
 
     def __post_init__(self) -> None:
         """Refuse anything but three angles, three lengths, a share and a number."""
-        three("perception.perturbation.tilt", self.tilt)
-        three("perception.perturbation.shift", self.shift)
+        numbers("perception.perturbation.tilt", self.tilt, 3)
+        numbers("perception.perturbation.shift", self.shift, 3)
         within("perception.perturbation.lighting", self.lighting, 0.0, 1.0)
         at_least("perception.perturbation.distractors", self.distractors, 0)
 
@@ -72,12 +74,14 @@ class OpenVocabularyConfig:
 
 @dataclass
 class PerceptionConfig:
-    """Where the places of things come from."""
+    """Where the places of objects come from."""
 
     source: str = MISSING
     detector: str = MISSING
     weights: str | None = None
     threshold: float = MISSING
+    max_detections: int = MISSING
+    merge_overlap: float = MISSING
     eye: EyeConfig = field(default_factory=EyeConfig)
     perturbation: PerturbationConfig = field(default_factory=PerturbationConfig)
     vocabulary: OpenVocabularyConfig = field(default_factory=OpenVocabularyConfig)
@@ -87,9 +91,118 @@ class PerceptionConfig:
         one_of("perception.source", self.source, SOURCES)
         one_of("perception.detector", self.detector, DETECTORS)
         within("perception.threshold", self.threshold, 0.0, 1.0)
+        positive("perception.max_detections", self.max_detections)
+        within("perception.merge_overlap", self.merge_overlap, 0.0, 1.0)
 
 
-def three(key: str, values: list[float] | list[int]) -> None:
-    """Refuse anything but three numbers; a value still missing passes."""
-    if not isinstance(values, str) and len(values) != 3:
-        raise ValueError(f"{key} must be three numbers, got {list(values)}")
+@dataclass
+class NetworkConfig:
+    """Size of the network."""
+
+    width: int = MISSING  # pixels
+    height: int = MISSING  # pixels
+    channels: list[int] = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse inputs that cannot be halved four times, and other than four widths."""
+        for name in ("width", "height"):
+            value = getattr(self, name)
+            positive(f"detector.network.{name}", value)
+            if isinstance(value, int) and value % (2 * STRIDE):
+                raise ValueError(
+                    f"detector.network.{name} must be a multiple of {2 * STRIDE}, got {value}"
+                )
+        positive_all("detector.network.channels", self.channels)
+        numbers("detector.network.channels", self.channels, 4)
+
+
+@dataclass
+class AugmentConfig:
+    """Changes of a training picture, drawn each time it is seen."""
+
+    brightness: float = MISSING
+    tint: float = MISSING
+    noise: float = MISSING
+    blur: float = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse shares outside 0 to 1."""
+        for name in ("brightness", "tint", "noise", "blur"):
+            within(f"detector.augment.{name}", getattr(self, name), 0.0, 1.0)
+
+
+@dataclass
+class DomainConfig:
+    """From where a random scene, its light and its camera are drawn."""
+
+    reach: float = MISSING  # m
+    gap: float = MISSING  # m
+    absent: float = MISSING
+    tilt: list[float] = MISSING  # deg
+    shift: list[float] = MISSING  # m
+    azimuth: list[float] = MISSING  # deg
+    elevation: list[float] = MISSING  # deg
+    ambient: list[float] = MISSING
+    diffuse: list[float] = MISSING
+    hue: list[float] = MISSING
+    saturation: list[float] = MISSING
+    value: list[float] = MISSING
+    textures: list[str] = MISSING
+    contrast: list[float] = MISSING
+    distractors: list[int] = MISSING
+    distractor_hue: list[float] = MISSING
+    distractor_saturation: list[float] = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse ranges whose ends are swapped, chances that are none, and unknown textures."""
+        for name in ("tilt", "shift", "azimuth", "elevation", "ambient", "diffuse", "hue"):
+            interval(f"detector: {name}", getattr(self, name))
+        for name in ("saturation", "value", "contrast", "distractors"):
+            interval(f"detector: {name}", getattr(self, name))
+        for name in ("distractor_hue", "distractor_saturation"):
+            interval(f"detector: {name}", getattr(self, name))
+        within("detector: absent", self.absent, 0.0, 1.0)
+        at_least("detector: gap", self.gap, 0.0)
+        if not isinstance(self.textures, str):
+            for name in self.textures:
+                one_of("detector: textures", name, TEXTURES)
+
+
+@dataclass
+class DetectorConfig:
+    """The stage that renders, trains and judges the embedded detector."""
+
+    pictures: int = MISSING
+    held_out_pictures: int = MISSING
+    chunk: int = MISSING
+    network: NetworkConfig = field(default_factory=NetworkConfig)
+    epochs: int = MISSING
+    batch_size: int = MISSING
+    learning_rate: float = MISSING
+    warm_up_steps: int = MISSING
+    weight_decay: float = MISSING
+    offset_weight: float = MISSING
+    box_weight: float = MISSING
+    heatmap_sigma: float = MISSING  # cells
+    gradient_clip: float = MISSING
+    precision: str = MISSING
+    checkpoint_epochs: int = MISSING
+    augment: AugmentConfig = field(default_factory=AugmentConfig)
+    match_overlap: float = MISSING
+    visible: float = MISSING
+    figure_pictures: int = MISSING
+    training: DomainConfig = field(default_factory=DomainConfig)
+    held_out: DomainConfig = field(default_factory=DomainConfig)
+
+    def __post_init__(self) -> None:
+        """Refuse a training without pictures or steps."""
+        for name in ("pictures", "held_out_pictures", "chunk", "epochs", "batch_size"):
+            positive(f"detector.{name}", getattr(self, name))
+        for name in ("learning_rate", "heatmap_sigma", "gradient_clip", "checkpoint_epochs"):
+            positive(f"detector.{name}", getattr(self, name))
+        for name in ("warm_up_steps", "weight_decay", "offset_weight", "box_weight"):
+            at_least(f"detector.{name}", getattr(self, name), 0)
+        one_of("detector.precision", self.precision, ("float32", "bfloat16"))
+        within("detector.match_overlap", self.match_overlap, 0.0, 1.0)
+        within("detector.visible", self.visible, 0.0, 1.0)
+        at_least("detector.figure_pictures", self.figure_pictures, 0)

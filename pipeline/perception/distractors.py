@@ -1,4 +1,4 @@
-"""Things of no class: seen by the camera, touched by nothing."""
+"""Objects of no class: visible to the camera, without contact."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Colour = tuple[float, float, float]
 BLOCK = (0.02, 0.06), (0.015, 0.04)  # m, edges and height
 PLATE = (0.03, 0.10), (0.002, 0.012)  # m, edges and height
 ROD = (0.004, 0.008), (0.06, 0.14)  # m, radius and length
-CLEAR = 0.13  # m between a distractor and a thing, centre to centre
+CLEAR = 0.13  # m between a distractor and an object, centre to centre
 BEYOND = 0.10  # m beyond the action area
 TRIES = 40
 
@@ -38,7 +38,7 @@ def lay_distractors(
         scene: Action area and height of the table.
         count: How many; those that find no free place are left out.
         draw: Random numbers.
-        avoid: x and y of the things that they must not hide, base frame [m].
+        avoid: x and y of the objects that they must not hide, base frame [m].
         colour: Draws red, green, blue of 0 to 1; any colour if not given.
 
     Returns:

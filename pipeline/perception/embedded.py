@@ -9,45 +9,43 @@ from PIL import Image as Pillow
 from torch import Tensor
 from torch.nn import functional
 
-from pipeline.perception.detection import Detection
-from pipeline.perception.errors import PerceptionError
+from pipeline.errors import PerceptionError
+from pipeline.perception.config import STRIDE, PerceptionConfig
+from pipeline.perception.detection import Detection, check_image, distinct
 from pipeline.perception.network import CentreNetwork
-from pipeline.perception.training_config import STRIDE
 
 Image = NDArray[np.uint8]
-MOST = 40  # detections of one picture
-SAME = 0.6  # intersection over union above which two detections are of one thing
 
 
 class EmbeddedDetector:
-    """Finds the things that a centre-point network was trained for.
+    """Finds the objects that a centre-point network was trained for.
 
     Attributes:
         names: Its classes.
     """
 
-    def __init__(self, network: CentreNetwork, threshold: float) -> None:
+    def __init__(self, network: CentreNetwork, config: PerceptionConfig) -> None:
         """Wrap a trained network.
 
         Args:
             network: In evaluation mode.
-            threshold: Least score.
+            config: Which detections are reported.
         """
         self.names = network.names
-        self._network, self._threshold = network, threshold
+        self._network, self._config = network, config
 
     def detect(self, image: Image) -> list[Detection]:
-        """Find things in a picture (height, width, 3), the surest first.
+        """Find objects in a picture (height, width, 3), highest score first.
 
         Raises:
             PerceptionError: The picture has another shape, type, or ratio of the sides.
         """
-        config = self._network.config
-        pixels = as_input(image, config.width, config.height)
+        size = self._network.config
+        pixels = as_input(image, size.width, size.height)
         with torch.inference_mode():
             logits, offsets = self._network(pixels[None])
-        scale = image.shape[1] / config.width
-        return decode(logits[0], offsets[0], self.names, self._threshold, scale)
+        scale = image.shape[1] / size.width
+        return decode(logits[0], offsets[0], self.names, scale, self._config)
 
 
 def as_input(image: Image, width: int, height: int) -> Tensor:
@@ -56,11 +54,7 @@ def as_input(image: Image, width: int, height: int) -> Tensor:
     Raises:
         PerceptionError: The picture has another shape, type, or ratio of the sides.
     """
-    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
-        raise PerceptionError(
-            "a detector expects a picture of shape (height, width, 3) of 8-bit red, green, blue, "
-            f"got {image.dtype} {image.shape}"
-        )
+    check_image(image)
     if image.shape[0] * width != image.shape[1] * height:
         raise PerceptionError(
             f"the detector expects pictures of {width} x {height} pixels or a multiple, got "
@@ -73,7 +67,7 @@ def as_input(image: Image, width: int, height: int) -> Tensor:
 
 
 def decode(
-    logits: Tensor, offsets: Tensor, names: tuple[str, ...], threshold: float, scale: float
+    logits: Tensor, offsets: Tensor, names: tuple[str, ...], scale: float, config: PerceptionConfig
 ) -> list[Detection]:
     """Read detections off a network's answer.
 
@@ -81,21 +75,21 @@ def decode(
         logits: (classes, rows, columns).
         offsets: (6, rows, columns), cells.
         names: The classes.
-        threshold: Least score.
-        scale: Pixels of the picture for each pixel of the network's input.
+        scale: Pixels of the image for each pixel of the network's input.
+        config: Least score, number and overlap of what is reported.
 
     Returns:
-        The highest cells among their neighbours, the surest first; of two detections of one
-        thing, the surer one.
+        The highest cells among their neighbours, highest score first; of two detections of one
+        object, the one with the higher score.
     """
     heat = torch.sigmoid(logits)
     peaks = heat * (heat == functional.max_pool2d(heat[None], 3, 1, 1)[0])
-    scores, order = peaks.flatten().topk(min(MOST, peaks.numel()))
-    kept: list[Detection] = []
+    scores, order = peaks.flatten().topk(min(config.max_detections, peaks.numel()))
+    found: list[Detection] = []
     cell = STRIDE * scale
     rows, columns = heat.shape[1:]
     for score, place in zip(scores.tolist(), order.tolist(), strict=True):
-        if score < threshold:
+        if score < config.threshold:
             break
         kind, inside = divmod(place, rows * columns)
         row, column = divmod(inside, columns)
@@ -103,18 +97,5 @@ def decode(
         u, v = column + 0.5 + du, row + 0.5 + dv
         sides = (u - left, v - top, u + right, v + bottom)
         x0, y0, x1, y1 = (cell * side for side in sides)
-        found = Detection(names[kind], score, (x0, y0, x1, y1), (cell * u, cell * v))
-        if all(overlap(found.box, other.box) <= SAME for other in kept):
-            kept.append(found)
-    return kept
-
-
-def overlap(
-    first: tuple[float, float, float, float], second: tuple[float, float, float, float]
-) -> float:
-    """Intersection over union of two boxes."""
-    width = min(first[2], second[2]) - max(first[0], second[0])
-    height = min(first[3], second[3]) - max(first[1], second[1])
-    shared = max(width, 0.0) * max(height, 0.0)
-    whole = sum(max(box[2] - box[0], 0.0) * max(box[3] - box[1], 0.0) for box in (first, second))
-    return shared / (whole - shared) if whole > shared else 0.0
+        found.append(Detection(names[kind], score, (x0, y0, x1, y1), (cell * u, cell * v)))
+    return distinct(found, config.merge_overlap)

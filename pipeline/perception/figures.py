@@ -41,7 +41,7 @@ def draw_detections(path: Path, detector: Detector, pictures: Pictures, count: i
 
 
 def draw_errors(folder: Path, rows: pd.DataFrame, names: Sequence[str]) -> list[Path]:
-    """Draw the share of things within an error, and where on the table the errors are."""
+    """Draw the share of objects within an error, and where on the table the errors are."""
     found = rows[rows.kind == FOUND]
     with styled():
         figure, (share, place) = panels(2, 3.6, 3.0)
@@ -60,7 +60,7 @@ def draw_errors(folder: Path, rows: pd.DataFrame, names: Sequence[str]) -> list[
                 -part.y_m, part.x_m, s=2e6 * part.error_m**2, color=look.colour, alpha=0.5, lw=0
             )
         share.set_xlabel("position error [mm]")
-        share.set_ylabel("things found within it [%]")
+        share.set_ylabel("objects found within it [%]")
         share.set_xlim(left=0.0)
         place.set_xlabel("to the robot's right [m]")
         place.set_ylabel("ahead of it [m]")

@@ -1,4 +1,4 @@
-"""Detections held against labels: a raw row for each thing, and for each detection of none."""
+"""Detections held against labels: a raw row for each object, and for each detection of none."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from pipeline.errors import PerceptionError
 from pipeline.evaluation.detections import FALSE, FOUND, MISSED
-from pipeline.perception.detection import Detection, Detector
-from pipeline.perception.embedded import overlap
-from pipeline.perception.errors import PerceptionError
+from pipeline.perception.detection import Detection, Detector, overlap
 from pipeline.perception.pictures import Pictures
 from pipeline.perception.pinhole import Pinhole
 from pipeline.perception.studio import Label
@@ -23,14 +22,14 @@ Array = NDArray[np.float64]
 def judge(
     detector: Detector, pictures: Pictures, least: float, progress: Callable[[], object]
 ) -> pd.DataFrame:
-    """Detect in every picture: a row for each thing and for each detection that is none.
+    """Detect in every picture: a row for each object and for each detection that is none.
 
     Detections of all scores are kept, so that precision and recall follow at any threshold.
 
     Args:
         detector: Its least score should be near 0.
         pictures: Pictures with labels.
-        least: Intersection over union from which on a thing of the class counts as found.
+        least: Intersection over union from which on an object of the class counts as found.
         progress: Called after each picture.
 
     Returns:
@@ -50,7 +49,7 @@ def judge(
 def match(
     found: Iterable[Detection], labels: list[Label], camera: Pinhole, least: float
 ) -> list[dict[str, Any]]:
-    """Pair the detections of a picture with its labels, the surest first, each label once.
+    """Pair the detections of a picture with its labels, highest score first, each label once.
 
     The place is that of the centroid pixel through the camera that took the picture, on the plane
     of the true centre's height: a calibrated robot.

@@ -1,4 +1,4 @@
-"""Random layouts of a table: which things lie where, under which light, before which camera."""
+"""Random layouts of a table: which objects lie where, under which light, before which camera."""
 
 from __future__ import annotations
 
@@ -11,19 +11,18 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from pipeline.grasping.config import ObjectConfig, SceneConfig
-from pipeline.perception.config import EyeConfig
+from pipeline.perception.config import DomainConfig, EyeConfig
 from pipeline.perception.pinhole import Pinhole
-from pipeline.perception.training_config import DomainConfig
 from robots.rotations import matrix_from_axis_angle
 
 Array = NDArray[np.float64]
 Colour = tuple[float, float, float]
-TRIES = 60  # draws of a place before a thing is left out
+TRIES = 60  # draws of a place before an object is left out
 
 
 @dataclass(frozen=True)
 class Laid:
-    """A thing on the table.
+    """An object on the table.
 
     Attributes:
         name: Its class.
@@ -39,13 +38,13 @@ class Laid:
 def lay_out(
     draw: Generator, domain: DomainConfig, scene: SceneConfig, objects: dict[str, ObjectConfig]
 ) -> list[Laid]:
-    """Draw which things of a scene's set lie where; none in a bin, none upon another.
+    """Draw which objects of a scene's set lie where; none in a bin, none upon another.
 
     Args:
         draw: Random numbers.
         domain: Reach beyond the action area, least gap, chance of being absent.
-        scene: Set of things, action area and bins.
-        objects: Shapes of the things.
+        scene: Set of objects, action area and bins.
+        objects: Shapes of the objects.
     """
     laid: list[Laid] = []
     low, high = np.transpose([scene.area.x, scene.area.y])
@@ -81,7 +80,7 @@ def _free(
 
 
 def footprint(obj: ObjectConfig) -> float:
-    """Radius of the circle about a thing's centre that holds its parts' middles and girths [m].
+    """Radius of the circle about an object's centre that holds its parts' middles and girths [m].
 
     The ends of a long part stick out of it: two bananas may lie closer than a circle about each.
     """
@@ -128,7 +127,7 @@ def colour(draw: Generator, domain: DomainConfig) -> Colour:
 
 
 def distractor_colour(draw: Generator, domain: DomainConfig) -> Colour:
-    """Draw a colour of a thing of no class: red, green, blue of 0 to 1."""
+    """Draw a colour of an object of no class: red, green, blue of 0 to 1."""
     return _colour(draw, domain.distractor_hue, domain.distractor_saturation, domain.value)
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from torch import Tensor, nn
 from torch.nn import functional
 
-from pipeline.perception.training_config import NetworkConfig
+from pipeline.perception.config import NetworkConfig
 
 REGRESSED = 6  # du, dv of the centroid, then left, top, right, bottom from the centroid to the box
 
 
 class CentreNetwork(nn.Module):
-    """Where the centres of things are, cell by cell.
+    """Where the centres of objects are, cell by cell.
 
     An encoder halves the picture four times; what the coarsest level has seen of the surroundings
     is added to the level of an eighth, from which everything is read.

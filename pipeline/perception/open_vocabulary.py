@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -11,31 +10,28 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from pipeline.perception.config import OpenVocabularyConfig
-from pipeline.perception.detection import Detection
-from pipeline.perception.embedded import SAME, overlap
-from pipeline.perception.errors import PerceptionError
+from pipeline.errors import PerceptionError
+from pipeline.packages import optional_package
+from pipeline.perception.config import PerceptionConfig
+from pipeline.perception.detection import Detection, check_image, distinct
 
 
 class OpenVocabularyDetector:
     """Finds what a text describes.
 
-    The model says boxes alone, so the centroid pixel is the middle of the box; for a bent thing
+    The model says boxes alone, so the centroid pixel is the middle of the box; for a bent object
     that is centimetres off.
 
     Attributes:
         names: The classes; each is turned into a text by the prompt.
     """
 
-    def __init__(
-        self, config: OpenVocabularyConfig, names: Sequence[str], threshold: float
-    ) -> None:
+    def __init__(self, config: PerceptionConfig, names: Sequence[str]) -> None:
         """Load a model from a local folder; nothing is downloaded, and no code of it is run.
 
         Args:
-            config: Folder of the model, and the prompt.
+            config: Folder of the model, the prompt, and which detections are reported.
             names: Classes to look for.
-            threshold: Least score.
 
         Raises:
             PerceptionError: transformers is not installed, there is no such folder or no model in
@@ -43,42 +39,38 @@ class OpenVocabularyDetector:
         """
         if not names:
             raise PerceptionError("an open-vocabulary detector needs the names to look for")
-        self.names, self._threshold = tuple(names), threshold
-        self._texts = [config.prompt.format(name=name.replace("_", " ")) for name in names]
-        self._processor, self._model = _load(config.model)
+        self.names, self._config = tuple(names), config
+        self._texts = [
+            config.vocabulary.prompt.format(name=name.replace("_", " ")) for name in names
+        ]
+        self._processor, self._model = _load(config.vocabulary.model)
 
     def detect(self, image: NDArray[np.uint8]) -> list[Detection]:
-        """Find things in a picture (height, width, 3), the surest first.
+        """Find objects in a picture (height, width, 3), highest score first.
 
         Raises:
             PerceptionError: The picture has another shape or type.
         """
-        if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
-            raise PerceptionError(
-                "a detector expects a picture of shape (height, width, 3) of 8-bit red, green, "
-                f"blue, got {image.dtype} {image.shape}"
-            )
+        check_image(image)
         inputs = self._processor(
             text=[self._texts], images=image, return_tensors="pt", truncation=True
         )
         with torch.inference_mode():
             outputs = self._model(**inputs)
         (answer,) = self._processor.post_process_grounded_object_detection(
-            outputs, threshold=self._threshold, target_sizes=[image.shape[:2]]
+            outputs, threshold=self._config.threshold, target_sizes=[image.shape[:2]]
         )
-        told = zip(
+        boxes = zip(
             answer["scores"].tolist(),
             answer["labels"].tolist(),
             answer["boxes"].tolist(),
             strict=True,
         )
-        kept: list[Detection] = []
-        for score, kind, (x0, y0, x1, y1) in sorted(told, reverse=True):
+        found = []
+        for score, kind, (x0, y0, x1, y1) in sorted(boxes, reverse=True):
             centroid = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
-            found = Detection(self.names[int(kind)], float(score), (x0, y0, x1, y1), centroid)
-            if all(overlap(found.box, other.box) <= SAME for other in kept):
-                kept.append(found)
-        return kept
+            found.append(Detection(self.names[int(kind)], score, (x0, y0, x1, y1), centroid))
+        return distinct(found[: self._config.max_detections], self._config.merge_overlap)
 
 
 def _load(folder: str | None) -> tuple[Any, Any]:
@@ -93,13 +85,7 @@ def _load(folder: str | None) -> tuple[Any, Any]:
             f"there is no model in {folder}: expected a folder with config.json, "
             "preprocessor_config.json, a tokenizer and model.safetensors"
         )
-    try:
-        transformers = import_module("transformers")
-    except ImportError as error:
-        raise PerceptionError(
-            f"open_vocabulary needs the package transformers, which cannot be imported ({error}); "
-            "install it with: pip install 'cycleik-bench[perception]'"
-        ) from error
+    transformers = optional_package("perception.detector=open_vocabulary", PerceptionError)
     try:
         processor = transformers.AutoProcessor.from_pretrained(folder, local_files_only=True)
         model = transformers.AutoModelForZeroShotObjectDetection.from_pretrained(

@@ -16,10 +16,9 @@ from pipeline.data.files import read_json, replacing
 from pipeline.engine.config import EngineConfig
 from pipeline.engine.running import run_tasks
 from pipeline.grasping.config import GraspConfig
-from pipeline.perception.config import EyeConfig
+from pipeline.perception.config import DomainConfig, EyeConfig
 from pipeline.perception.pinhole import Pinhole
 from pipeline.perception.studio import Label, Shot, Studio
-from pipeline.perception.training_config import DomainConfig
 from pipeline.progress import bar
 from pipeline.seeding import derive_seed
 from robots import load_robot
@@ -36,7 +35,7 @@ class Chunk:
         grasp: Scenes and objects.
         eye: How pictures are rendered where the domain does not say.
         domain: What to draw from.
-        visible: Least visible share of a disc of a thing's height.
+        visible: Least visible share of a disc of an object's height.
         size: Width and height [pixels].
         first: Number of the first picture.
         count: How many.

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pipeline.perception.errors import PerceptionError
+from pipeline.errors import PerceptionError
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from pipeline.grasping.scene import Scene
 from pipeline.grasping.shapes import make_object
 from pipeline.grasping.trial import required_scene
 from pipeline.perception.camera import body_and_link, mounted, take_picture
-from pipeline.perception.config import EyeConfig
+from pipeline.perception.config import DomainConfig, EyeConfig
 from pipeline.perception.distractors import lay_distractors
 from pipeline.perception.layout import (
     Laid,
@@ -27,20 +27,19 @@ from pipeline.perception.layout import (
 )
 from pipeline.perception.pinhole import Pinhole
 from pipeline.perception.textures import pattern
-from pipeline.perception.training_config import DomainConfig
 
 if TYPE_CHECKING:
     from robots import Robot
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
-ATTEMPTS = 8  # layouts drawn before one with hidden things is taken without their labels
+ATTEMPTS = 8  # layouts drawn before one with hidden objects is taken without their labels
 FLOOR = 0.7  # m below the table's top: the plane that the pattern of the surroundings lies on
 
 
 @dataclass(frozen=True)
 class Label:
-    """What is true of one thing in a picture.
+    """What is true of one object in a picture.
 
     Attributes:
         name: Its class.
@@ -68,7 +67,7 @@ class Studio:
     """One robot at its table, idle, for many pictures.
 
     Attributes:
-        scene: The simulated world; its things come and go, no time passes in it.
+        scene: The simulated world; its objects come and go, no time passes in it.
     """
 
     def __init__(self, robot: Robot, grasp: GraspConfig, eye: EyeConfig, visible: float) -> None:
@@ -78,7 +77,7 @@ class Studio:
             robot: Its description has the camera.
             grasp: Scenes and objects.
             eye: How pictures are rendered where the domain does not say.
-            visible: Least visible share of a disc of a thing's height.
+            visible: Least visible share of a disc of an object's height.
         """
         self.scene = Scene(robot, required_scene(grasp, robot.name), grasp.physics)
         self._objects, self._eye, self._visible = grasp.objects, eye, visible
@@ -159,7 +158,7 @@ class Studio:
     def _labels(
         self, bodies: list[tuple[int, str]], numbers: NDArray[np.int32], camera: Pinhole
     ) -> tuple[list[Label], bool]:
-        """Labels of the things that are seen well, and whether one is not."""
+        """Labels of the objects that are seen well, and whether one is not."""
         labels, hidden = [], False
         for body, name in bodies:
             position = np.array(self.scene.client.getBasePositionAndOrientation(body)[0])

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
+from pipeline.perception.config import STRIDE
 from pipeline.perception.network import REGRESSED
 from pipeline.perception.studio import Label
-from pipeline.perception.training_config import STRIDE
 
 Array = NDArray[np.float32]
 AROUND = (-1, 0, 1)  # cells about the centre that must know the offsets too
@@ -90,7 +90,7 @@ def loss(
         box_weight: Of the box sides' error.
 
     Returns:
-        A scalar: for each thing, the mean over the batch.
+        A scalar: for each object, the mean over the batch.
     """
     heat, offsets, known = targets
     centre = heat.eq(1.0)

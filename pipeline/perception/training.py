@@ -1,4 +1,4 @@
-"""Train the centre-point network on labelled pictures; a killed training goes on from an epoch."""
+"""Train the centre-point network on labelled images; a killed training continues from an epoch."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from torch import Tensor
 from torch.nn import functional
 
 from pipeline.learning.checkpoint import Progress, restore, save
+from pipeline.perception.config import AugmentConfig, DetectorConfig
 from pipeline.perception.network import CentreNetwork
 from pipeline.perception.pictures import Pictures
 from pipeline.perception.targets import loss, targets_of
-from pipeline.perception.training_config import AugmentConfig, DetectorConfig
 from pipeline.progress import bar
 
 SWAPPED = (0, 1, 4, 3, 2, 5)  # offsets of a mirrored picture: left and right change places
@@ -24,7 +24,7 @@ SWAPPED = (0, 1, 4, 3, 2, 5)  # offsets of a mirrored picture: left and right ch
 
 @dataclass(frozen=True)
 class Trained:
-    """What a training came to.
+    """The result of a training.
 
     Attributes:
         network: In evaluation mode.

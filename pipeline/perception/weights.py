@@ -12,9 +12,9 @@ from torch import Tensor
 
 import robots
 from pipeline.data.files import read_json, replacing, sha256, write_json
-from pipeline.perception.errors import PerceptionError
+from pipeline.errors import PerceptionError
+from pipeline.perception.config import NetworkConfig
 from pipeline.perception.network import CentreNetwork
-from pipeline.perception.training_config import NetworkConfig
 
 WEIGHTS = "weights.safetensors"
 CARD = "card.json"

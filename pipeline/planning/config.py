@@ -70,3 +70,8 @@ class PlanConfig:
         positive("plan.threads", self.threads)
         if not self.solvers:
             raise ValueError("plan.solvers must name at least one solver, got none")
+
+    def solvers_by_key(self) -> dict[str, list[str]]:
+        """Return the names of the solvers that a run loads, by the key that names them."""
+        repair = [self.repair] if self.repair else []
+        return {"plan.solvers": list(self.solvers), "plan.repair": repair}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from pipeline.evaluation.naming import row_name, solver_of_rows
+from pipeline.evaluation.config import row_name, solver_of_rows
 
 ROBOTS = {
     "nicol": "NICOL",

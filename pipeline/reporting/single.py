@@ -10,14 +10,15 @@ from pathlib import Path
 import pandas as pd
 
 from pipeline.data.tables import read_table
-from pipeline.errors import MissingArtifactError, PipelineError, choices
-from pipeline.evaluation.naming import solver_of_rows
+from pipeline.errors import MissingArtifactError, PipelineError
+from pipeline.evaluation.config import solver_of_rows
 from pipeline.presentation.naming import NEURAL
 from pipeline.presentation.published import Published
 from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.summary import summarise
 from pipeline.reporting.topics.paper import neural_comparison, numerical_comparison
+from robots.suggestions import unknown_name
 
 Maker = Callable[[pd.DataFrame, Published], Table]
 # Name on the command line: what makes the table, and the solvers that it is about (all if empty).
@@ -48,7 +49,7 @@ def paper_table(
         TableError: A file of rows is damaged.
     """
     if name not in MAKERS:
-        raise PipelineError(choices("table", name, list(MAKERS)))
+        raise PipelineError(unknown_name("table", name, list(MAKERS)))
     make, solvers = MAKERS[name]
     for folder in folders:
         paths = sorted(

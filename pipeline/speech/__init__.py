@@ -1,6 +1,6 @@
 """Speech in and out: recognisers and synthesisers behind protocols, all optional, all offline."""
 
-from pipeline.speech.errors import SpeechError
+from pipeline.errors import SpeechError
 from pipeline.speech.loading import load_recogniser, load_synthesiser
 from pipeline.speech.protocol import Recogniser, Synthesiser
 

@@ -55,7 +55,7 @@ class SpeechConfig:
     microphone: MicrophoneConfig = field(default_factory=MicrophoneConfig)
 
     def __post_init__(self) -> None:
-        """Refuse what there is not."""
+        """Refuse recognisers and synthesisers that do not exist."""
         one_of("speech.recogniser", self.recogniser, RECOGNISERS)
         one_of("speech.synthesiser", self.synthesiser, SYNTHESISERS)
         for name in self.voices if isinstance(self.voices, dict) else ():

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.agent.config import VocabularyConfig
+from pipeline.errors import SpeechError
+from pipeline.packages import optional_package
 from pipeline.speech.config import SpeechConfig
-from pipeline.speech.errors import SpeechError
 from pipeline.speech.grammar import FINAL, START, instruction_graph
 from pipeline.speech.sound import as_pcm, read_sound
 
@@ -53,7 +54,7 @@ class GrammarRecogniser:
         Raises:
             SpeechError: The package `pocketsphinx` is missing.
         """
-        package = _package()
+        package = optional_package("speech.recogniser=grammar", SpeechError)
         model = package.get_model_path("en-us/en-us")
         common = {"hmm": model, "lm": None, "samprate": RATE, "loglevel": "FATAL"}
         self._decoder = package.Decoder(
@@ -108,14 +109,3 @@ def _decode(decoder: Any, sound: bytes) -> tuple[str, float]:
     if best is None or best.score <= 0:
         return "", -math.inf
     return best.hypstr, math.log(best.score) / _LOG_BASE
-
-
-def _package() -> Any:
-    try:
-        import pocketsphinx
-    except ImportError as error:
-        raise SpeechError(
-            "speech.recogniser=grammar needs the package pocketsphinx: "
-            "pip install 'cycleik-bench[speech]'"
-        ) from error
-    return pocketsphinx

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from pipeline.agent.config import VocabularyConfig
+from pipeline.errors import SpeechError
 from pipeline.speech.config import SpeechConfig
-from pipeline.speech.errors import SpeechError
 from pipeline.speech.grammar_recogniser import GrammarRecogniser
 from pipeline.speech.protocol import Recogniser, Synthesiser
 from pipeline.speech.synthesiser import EspeakNg, Flite

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.errors import SpeechError
+from pipeline.packages import optional_package
 from pipeline.speech.config import MicrophoneConfig
-from pipeline.speech.errors import SpeechError
 from pipeline.speech.sound import write_sound
 
+PORT_AUDIO = " and PortAudio (Debian: apt-get install libportaudio2)"
 RATE = 16000  # Hz
 BLOCK_S = 0.1  # s of sound that are judged at once
 
@@ -29,7 +30,7 @@ def record(config: MicrophoneConfig, wav: Path) -> bool:
     Raises:
         SpeechError: The package `sounddevice`, its library or a microphone is missing.
     """
-    package = _package()
+    package = optional_package("the microphone", SpeechError, PORT_AUDIO)
     device = config.device
     heard = Utterance(config)
     try:
@@ -45,7 +46,7 @@ def record(config: MicrophoneConfig, wav: Path) -> bool:
                 heard.add(np.asarray(block[:, 0], dtype=np.float64))
     except (package.PortAudioError, ValueError) as error:
         raise SpeechError(f"no microphone can be opened ({error})") from error
-    if not heard.spoken:
+    if not heard.has_speech:
         return False
     write_sound(wav, heard.samples, RATE)
     return True
@@ -55,7 +56,7 @@ class Utterance:
     """Blocks of sound until the speaker has been silent for a while.
 
     Attributes:
-        spoken: Whether anything was loud enough to be speech.
+        has_speech: Whether anything was loud enough to be speech.
     """
 
     def __init__(self, config: MicrophoneConfig) -> None:
@@ -67,13 +68,13 @@ class Utterance:
         self._config = config
         self._blocks: list[NDArray[np.float64]] = []
         self._silent_s = 0.0
-        self.spoken = False
+        self.has_speech = False
 
     def add(self, block: NDArray[np.float64]) -> None:
         """Take `BLOCK_S` seconds of samples in [-1, 1]."""
         self._blocks.append(block)
         loud = float(np.sqrt(np.mean(block**2))) > self._config.level
-        self.spoken |= loud
+        self.has_speech |= loud
         self._silent_s = 0.0 if loud else self._silent_s + BLOCK_S
 
     @property
@@ -81,20 +82,9 @@ class Utterance:
         """Whether the instruction is over, or nobody began one in time."""
         if len(self._blocks) * BLOCK_S >= self._config.max_duration_s:
             return True
-        return self.spoken and self._silent_s >= self._config.silence_s
+        return self.has_speech and self._silent_s >= self._config.silence_s
 
     @property
     def samples(self) -> NDArray[np.float64]:
         """All that was heard, (N,) in [-1, 1] at `RATE`."""
         return np.concatenate(self._blocks) if self._blocks else np.zeros(0)
-
-
-def _package() -> Any:
-    try:
-        import sounddevice
-    except (ImportError, OSError) as error:
-        raise SpeechError(
-            "the microphone needs the package sounddevice (pip install 'cycleik-bench[speech]') "
-            "and PortAudio (Debian: apt-get install libportaudio2)"
-        ) from error
-    return sounddevice

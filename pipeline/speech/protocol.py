@@ -10,7 +10,7 @@ class Recogniser(Protocol):
     """Speech to text.
 
     Attributes:
-        name: What stands in transcripts.
+        name: Its name in transcripts.
     """
 
     name: str
@@ -31,13 +31,13 @@ class Synthesiser(Protocol):
     """Text to speech.
 
     Attributes:
-        name: What stands in transcripts.
+        name: Its name in transcripts.
     """
 
     name: str
 
     def speak(self, text: str, wav: Path) -> None:
-        """Write the spoken text as a WAV file (16-bit PCM, one channel), atomically.
+        """Write the text as speech to a WAV file (16-bit PCM, one channel), atomically.
 
         Args:
             text: Words; nothing in them is an option or a command.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.data.files import replacing
-from pipeline.speech.errors import SpeechError
+from pipeline.errors import SpeechError
 
 LONGEST_S = 60.0  # of a file: an instruction takes seconds
 RATES = (4000, 384_000)  # Hz, of files: a resampling filter grows with the rate

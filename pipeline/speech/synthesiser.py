@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.data.files import replacing
-from pipeline.speech.errors import SpeechError
+from pipeline.errors import SpeechError
 
-LONGEST = 1000  # characters spoken at once
+LONGEST = 1000  # characters of one utterance
 TIMEOUT_S = 30.0
 _WORDS_PER_MINUTE = 175  # espeak-ng's own pace
 
@@ -48,7 +48,7 @@ class _Program:
         self._found, self._voice, self._pace = found, voice, pace
 
     def speak(self, text: str, wav: Path) -> None:
-        """Write the spoken text; see `pipeline.speech.protocol.Synthesiser`."""
+        """Write the text as speech; see `pipeline.speech.protocol.Synthesiser`."""
         words = " ".join(text.split())[:LONGEST]
         with replacing(wav) as partial:
             # The words go in through a file, so nothing in them can be an option of the program.

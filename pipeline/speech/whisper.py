@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
+from pipeline.errors import SpeechError
+from pipeline.packages import optional_package
 from pipeline.speech.config import WhisperConfig
-from pipeline.speech.errors import SpeechError
 from pipeline.speech.sound import read_sound
 
 RATE = 16000  # Hz, of the model
@@ -32,7 +32,7 @@ class WhisperRecogniser:
         Raises:
             SpeechError: The package or the folder is missing, or the folder holds no weights.
         """
-        package = _package()
+        package = optional_package("speech.recogniser=whisper", SpeechError)
         if config.folder is None:
             raise SpeechError(
                 "speech.recogniser=whisper needs speech.whisper.folder=<folder of faster-whisper "
@@ -68,14 +68,3 @@ class WhisperRecogniser:
             without_timestamps=True,
         )
         return " ".join(segment.text.strip() for segment in segments).strip()
-
-
-def _package() -> Any:
-    try:
-        import faster_whisper
-    except ImportError as error:
-        raise SpeechError(
-            "speech.recogniser=whisper needs the package faster-whisper: "
-            "pip install 'cycleik-bench[whisper]'"
-        ) from error
-    return faster_whisper

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline import provenance
 from pipeline.artifacts import SPLITS, exclusive
+from pipeline.closure import source_tree
 from pipeline.data.chunk_executor import chunk_executor
 from pipeline.data.dataset import split_seed, write_card, write_split
 from pipeline.data.tables import TableError, read_metadata, read_table
 from pipeline.progress import bar
-from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts, dataset_facts, robot_of
 from robots import Robot
 from robots.checksums import sampling_checksum
 from robots.sampling import sample_configurations
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 
 def run(config: Config) -> list[Path]:
@@ -43,6 +46,7 @@ def _make(folder: Path, robot: Robot, split: str, config: Config) -> dict[str, A
         "seed": split_seed(config.seed, robot.name, split),
         "workspace_filter": config.robot.workspace_filter,
         "numpy": provenance.versions()["numpy"],
+        "code": source_tree().digest(__name__),
     }
     kept = _kept(path, wanted)
     if kept is not None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
-from pipeline.config import to_dict
+from pipeline.closure import source_tree
+from pipeline.containers import to_dict
 from pipeline.data.files import write_json
 from pipeline.data.tables import write_table
 from pipeline.evaluation.detections import summary
@@ -22,9 +24,11 @@ from pipeline.perception.training import DetectorTrainer
 from pipeline.perception.weights import CARD, halved, save_detector
 from pipeline.progress import bar
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts, robot_of
 from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 ANY_SCORE = 0.01  # least score of the raw rows; precision and recall at any above follow from them
 
@@ -36,13 +40,16 @@ def run(config: Config) -> list[Path]:
     wanted, folders = config.detector, artifacts(config)
     folder = folders.detector(robot.name)
     seed = derive_seed(config.seed, "detector", robot.name)
-    digest = provenance.digest([_facts(config, robot), provenance.versions(), seed])
+    code = source_tree().digest(__name__)
+    digest = provenance.digest([_facts(config, robot), provenance.versions(), seed, code])
     work = folders.root / "checkpoint" / f"detector-{robot.name}-{digest}"
     with exclusive(folder):
         pictures = _pictures(config, robot, work, held_out=False)
         trainer = DetectorTrainer(wanted, pictures, names, seed)
         trained = trainer.fit(work / "state.safetensors", digest, f"detector {robot.name}")
-        detector = EmbeddedDetector(halved(trained.network), ANY_SCORE)
+        detector = EmbeddedDetector(
+            halved(trained.network), replace(config.perception, threshold=ANY_SCORE)
+        )
         held_out = _pictures(config, robot, work, held_out=True)
         with bar(len(held_out), "picture", f"held out {robot.name}") as shown:
             rows = judge(detector, held_out, wanted.match_overlap, shown.update)
@@ -67,7 +74,7 @@ def run(config: Config) -> list[Path]:
         write_table(folder / "errors.parquet", rows, {**card, "commit": provenance.commit()})
         write_json(folder / "metrics.json", {**metrics, **times})
         draw_errors(folder, rows, names)
-        sure = EmbeddedDetector(trained.network, config.perception.threshold)
+        sure = EmbeddedDetector(trained.network, config.perception)
         if wanted.figure_pictures:
             draw_detections(folder / "detections.png", sure, held_out, wanted.figure_pictures)
         save_detector(folder, trained.network, {**card, **times})

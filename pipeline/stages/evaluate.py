@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from baselines import Solver
 from pipeline import provenance
@@ -12,16 +13,27 @@ from pipeline.data.dataset import read_split
 from pipeline.data.tables import write_table
 from pipeline.engine.cores import own_cores, usable_cores
 from pipeline.engine.running import fans_out, one_machine, run_tasks, workers_of
-from pipeline.evaluation.config import HOME
-from pipeline.evaluation.freshness import is_up_to_date
-from pipeline.evaluation.naming import row_name
-from pipeline.evaluation.runner import cache_key, clear_chunks, count_poses, evaluate_solver
+from pipeline.evaluation.cache import cache_key, clear_chunks, is_up_to_date
+from pipeline.evaluation.config import HOME, row_name
+from pipeline.evaluation.runner import count_poses, evaluate_solver
 from pipeline.evaluation.task import EvaluationTask
 from pipeline.progress import LOGGER, bar
-from pipeline.settings import Config
-from pipeline.solvers import check_seeder, check_solvers, is_neural
-from pipeline.stages.inputs import artifacts, dataset_of, robot_of, solver_of
+from pipeline.solvers import check_budgets, check_seeder, check_solvers, weights_told
+from pipeline.stages.inputs import artifacts, dataset_of, robot_of
+from pipeline.stages.solvers import code_of, solver_of
 from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
+
+
+def check(config: Config) -> None:
+    """Refuse a run whose solvers or seeder cannot run, before anything is made."""
+    robot = robot_of(config)
+    check_solvers(config.evaluate.solvers_by_key(), robot)
+    check_budgets(config)
+    if config.evaluate.seeded_by != HOME:
+        check_seeder("evaluate.seeded_by", config.evaluate.seeded_by, robot)
 
 
 def run(config: Config) -> list[Path]:
@@ -29,21 +41,14 @@ def run(config: Config) -> list[Path]:
 
     On an engine every solver is a task of its own, on a core that no other one is timed on.
     """
-    robot = robot_of(config)
-    check_solvers({"evaluate.solvers": config.evaluate.solvers}, robot)
     if fans_out(config.engine):
-        config = _prepare_shared_inputs(robot, config)
+        config = _sharing(config)
     tasks = [(config, name) for name in config.evaluate.solvers]
     return run_tasks(config.engine, _one, tasks, title="evaluate")
 
 
-def _prepare_shared_inputs(robot: Robot, config: Config) -> Config:
-    """Make here what several tasks would make at once, and say how many share a machine."""
-    dataset_of(config)
-    _seeder(robot, config)
-    for name in config.evaluate.solvers:
-        if is_neural(name):
-            solver_of(name, robot, config)
+def _sharing(config: Config) -> Config:
+    """Say how many evaluations share a machine."""
     beside = min(workers_of(config.engine), len(config.evaluate.solvers), usable_cores())
     beside = beside if one_machine(config.engine) else config.evaluate.side_by_side
     return replace(config, evaluate=replace(config.evaluate, side_by_side=beside))
@@ -56,7 +61,8 @@ def _one(job: tuple[Config, str]) -> Path:
     poses = poses[: config.evaluate.poses or None]
     solver, seeder = solver_of(name, robot, config), _seeder(robot, config)
     label = row_name(name, config.evaluate.pinned)
-    task = EvaluationTask(robot, solver, poses, config.seed, label, seeder=seeder)
+    code = code_of(__name__, {"solver": [name], "seeder": [seeder.name] if seeder else []})
+    task = EvaluationTask(robot, solver, poses, config.seed, label, seeder=seeder, code=code)
     if not fans_out(config.engine):
         return _evaluate(task, config)
     with own_cores(config.evaluate.threads if config.evaluate.pinned else usable_cores()) as first:
@@ -69,10 +75,7 @@ def _on_core(config: Config, first: int) -> Config:
 
 def _seeder(robot: Robot, config: Config) -> Solver | None:
     name = config.evaluate.seeded_by
-    if name == HOME:
-        return None
-    check_seeder("evaluate.seeded_by", name, robot)
-    return solver_of(name, robot, config)
+    return None if name == HOME else solver_of(name, robot, config)
 
 
 def _evaluate(task: EvaluationTask, config: Config) -> Path:
@@ -90,6 +93,7 @@ def _evaluate(task: EvaluationTask, config: Config) -> Path:
         with bar(count_poses(task, config.evaluate), "pose", title.replace("-", " ")) as shown:
             rows = evaluate_solver(task, config.evaluate, cache, shown.update)
         facts = {**provenance.made_by(), "commit": provenance.commit(), **key}
+        facts["weights"] = weights_told(task.solver)
         write_table(path, rows, facts)
         clear_chunks(cache)
     return path

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
-from pipeline.config import to_dict
+from pipeline.containers import to_dict
 from pipeline.data.files import write_json
 from pipeline.data.rows import RowCheckpoint
 from pipeline.data.tables import write_table
@@ -25,39 +25,40 @@ from pipeline.embodiment.loading import (
 )
 from pipeline.embodiment.series import AgentSeries
 from pipeline.errors import ConfigError
-from pipeline.evaluation.identity import solver_identity
+from pipeline.evaluation.cache import solver_identity
 from pipeline.grasping import ablation
 from pipeline.grasping.ablation import Study
 from pipeline.grasping.outcome import SUCCESS
 from pipeline.grasping.series import KEY, Series
 from pipeline.grasping.trial import required_scene
 from pipeline.progress import bar
-from pipeline.settings import Config
 from pipeline.solvers import check_solvers
 from pipeline.stages.grasp_units import load_runner, run_units
 from pipeline.stages.inputs import artifacts, robot_of
+from pipeline.stages.solvers import code_of
 from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
+
+
+def check(config: Config) -> None:
+    """Refuse a robot without a scene and solvers that cannot run, before anything is made."""
+    robot = robot_of(config)
+    required_scene(config.grasp, robot.name)
+    check_solvers(config.grasp.solvers_by_key(), robot)
+    if config.grasp.ablation is not None and is_embodied(config):
+        raise ConfigError("a study of grasps needs perception=perfect and agent=none")
 
 
 def run(config: Config) -> list[Path]:
     """Write raw rows, films and the class counts of a robot's trials, or the rows of a study."""
-    robot = robot_of(config)
-    required_scene(config.grasp, robot.name)  # a robot without one stops here, not after training
-    requested = {"grasp.solver": [config.grasp.solver]}
-    if config.grasp.repair:
-        requested["grasp.repair"] = [config.grasp.repair]
-    study = config.grasp.ablation
-    if study is not None:
-        requested["grasp.ablation.vary.solver"] = list(study.vary.get("solver", []))
-    check_solvers(requested, robot)
-    if study is not None and is_embodied(config):
-        raise ConfigError("a study of grasps needs perception=perfect and agent=none")
     runner = load_runner(config)
     if isinstance(runner, Study):
         return _study(config, runner)
     if isinstance(runner, AgentSeries):
         return _embodied(config, runner)
-    folder = artifacts(config).grasp(robot.name)
+    folder = artifacts(config).grasp(config.robot.name)
     return _trials(config, runner, folder, _Kept(config, runner, "grasp"))
 
 
@@ -125,7 +126,8 @@ class _Kept:
         self.facts: dict[str, Any] = {"grasp": grasp, "seed": config.seed, **(more or {})}
         solvers = [each for each in (series.solver, series.repair) if each is not None]
         who = [solver_identity(each) for each in solvers]
-        made_with = [self.facts, self.robot.urdf_checksum, who, eyes, provenance.versions()]
+        code = code_of(__name__, config.grasp.solvers_by_key())
+        made_with = [self.facts, self.robot.urdf_checksum, who, eyes, provenance.versions(), code]
         name = f"{kind}-{self.robot.name}-{provenance.digest(made_with)}.jsonl"
         self.path = artifacts(config).root / "checkpoint" / name
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pipeline.config import to_yaml
+from pipeline.containers import to_dict
 from pipeline.data.rows import RowCheckpoint
 from pipeline.embodiment.loading import is_embodied, load_agent_series, setting_name
 from pipeline.embodiment.series import AgentSeries
@@ -12,8 +12,13 @@ from pipeline.engine.running import fans_out, run_tasks
 from pipeline.grasping.ablation import Study
 from pipeline.grasping.series import Series
 from pipeline.progress import bar
-from pipeline.settings import Config
-from pipeline.stages.inputs import artifacts, detector_of, robot_of, solver_of
+from pipeline.provenance import digest
+from pipeline.stages.eyes import detector_of
+from pipeline.stages.inputs import artifacts, robot_of
+from pipeline.stages.solvers import solver_of
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 Runner = Series | AgentSeries | Study
 Unit = Any  # number of a trial, number of a row of things, or variant and number
@@ -69,7 +74,7 @@ def run_units(config: Config, runner: Runner, kept: RowCheckpoint) -> None:
 
 def _unit(task: tuple[Config, Unit]) -> list[dict[str, Any]]:
     config, unit = task
-    key = to_yaml(config)
+    key = digest(to_dict(config))
     if key not in _loaded:
         _loaded.clear()
         _loaded[key] = load_runner(config)

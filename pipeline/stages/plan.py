@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
-from pipeline.config import to_dict
+from pipeline.containers import to_dict
 from pipeline.data.files import write_json
 from pipeline.data.rows import RowCheckpoint
 from pipeline.data.tables import write_table
-from pipeline.evaluation.identity import solver_identity
+from pipeline.evaluation.cache import solver_identity
 from pipeline.planning.benchmark import (
     KEY,
     benchmark,
@@ -24,18 +25,22 @@ from pipeline.planning.benchmark import (
 from pipeline.planning.figures import write_figures, write_route
 from pipeline.progress import bar
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config
 from pipeline.solvers import check_solvers
-from pipeline.stages.inputs import artifacts, robot_of, solver_of
+from pipeline.stages.inputs import artifacts, robot_of
+from pipeline.stages.solvers import code_of, solver_of
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
+
+
+def check(config: Config) -> None:
+    """Refuse a run whose solvers cannot run, before anything is made."""
+    check_solvers(config.plan.solvers_by_key(), robot_of(config))
 
 
 def run(config: Config) -> list[Path]:
     """Write the raw rows of the planner benchmark and figures of one motion."""
     robot = robot_of(config)
-    requested = {"plan.solvers": config.plan.solvers}
-    if config.plan.repair:
-        requested["plan.repair"] = [config.plan.repair]
-    check_solvers(requested, robot)
     folders = artifacts(config)
     folder = folders.plan(robot.name)
     solvers = {
@@ -45,7 +50,8 @@ def run(config: Config) -> list[Path]:
     seed = derive_seed(config.seed, "plan", robot.name)
     everyone = {**solvers, "repair": repair}
     who = {name: solver_identity(each) for name, each in everyone.items() if each is not None}
-    made_with = [to_dict(config.plan), seed, robot.urdf_checksum, who, provenance.made_by()]
+    code = code_of(__name__, config.plan.solvers_by_key())
+    made_with = [to_dict(config.plan), seed, robot.urdf_checksum, who, provenance.made_by(), code]
     path = folders.root / "checkpoint" / f"plan-{robot.name}-{provenance.digest(made_with)}.jsonl"
     total = len(solvers) * config.plan.pairs
     with exclusive(folder), bar(total, "plan", f"plan {robot.name}") as shown:

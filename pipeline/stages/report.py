@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from pipeline.provenance import ROOT
+from pipeline.locations import published_results
 from pipeline.reporting.report import make_report
-from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 
 def run(config: Config) -> list[Path]:
     """Write tables/, figures/, report.html and metrics.json of a results folder."""
-    published = ROOT / "results" / "published_results.csv"
-    paths = make_report(artifacts(config).root, published, config.report, config.profile)
+    root = artifacts(config).root
+    paths = make_report(root, published_results(), config.report, config.profile)
     return [paths.tables, paths.figures, paths.html]

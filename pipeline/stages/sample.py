@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
-from pipeline.config import to_dict
+from pipeline.containers import to_dict
 from pipeline.data.dataset import read_split
 from pipeline.data.files import replacing
 from pipeline.data.tables import write_table
-from pipeline.evaluation.identity import solver_identity
+from pipeline.evaluation.cache import solver_identity
 from pipeline.evaluation.sampling import sample_rows, sampler_of
-from pipeline.settings import Config
 from pipeline.solvers import check_solvers
-from pipeline.stages.inputs import artifacts, dataset_of, robot_of, solver_of
+from pipeline.stages.inputs import artifacts, dataset_of, robot_of
+from pipeline.stages.solvers import solver_of
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
+
+
+def check(config: Config) -> None:
+    """Refuse a run whose solver cannot run, before anything is made."""
+    check_solvers(config.sample.solvers_by_key(), robot_of(config))
 
 
 def run(config: Config) -> list[Path]:
     """Write raw rows, two a solution, and the robot in some solutions of one pose as PNG."""
     robot = robot_of(config)
     wanted = config.sample
-    check_solvers({"sample.solver": [wanted.solver]}, robot)
     poses = read_split(dataset_of(config), "test", robot).poses[: wanted.poses]
     solver = solver_of(wanted.solver, robot, config)
     sampler_of(solver)

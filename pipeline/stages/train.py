@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import torch
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
-from pipeline.config import to_dict
+from pipeline.closure import source_tree
+from pipeline.containers import to_dict
 from pipeline.data.dataset import CARD, PoseSet, read_split
 from pipeline.data.files import read_json, write_json, write_text
 from pipeline.learning.checkpoint import Progress, State
@@ -19,9 +20,17 @@ from pipeline.learning.networks import parameter_count
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.learning.weights import chain_facts, read_card, save_weights
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config
-from pipeline.stages.inputs import artifacts, dataset_of, robot_of, trained_config
+from pipeline.stages.best import trained_config
+from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
+
+
+def check(config: Config) -> None:
+    """Refuse `train.from=best` before there was a search."""
+    trained_config(config)
 
 
 def run(config: Config) -> list[Path]:
@@ -38,7 +47,8 @@ def run(config: Config) -> list[Path]:
     poses = poses.first(config.train.poses)
     seed = derive_seed(config.seed, "train", robot.name, config.model.name, config.train.replicate)
     facts = [chain_facts(robot), to_dict(config.train), to_dict(config.model), seed]
-    digest = provenance.digest([facts, read_json(data / CARD)["files"], provenance.versions()])
+    made_with = [facts, read_json(data / CARD)["files"], provenance.versions()]
+    digest = provenance.digest([*made_with, source_tree().digest(__name__)])
     with exclusive(folder) as waited:
         if waited and _made(folder) == digest:
             return [folder]  # the run that was waited for made just this

@@ -4,21 +4,30 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
+from pipeline.closure import source_tree
 from pipeline.data.dataset import CARD
 from pipeline.data.files import read_json
 from pipeline.errors import PipelineError
 from pipeline.progress import LOGGER
-from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from pipeline.tuning.journal import fetch_journal, keep_journal
-from pipeline.tuning.objective import check_search
+from pipeline.tuning.objective import TrialObjective, check_search
 from pipeline.tuning.outputs import write_outputs, write_trials
 from pipeline.tuning.storage import STORAGE_ERRORS, storage_errors_named
 from pipeline.tuning.study import open_study, study_name
 from pipeline.tuning.worker import SearchJob, search
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
+
+
+def check(config: Config) -> None:
+    """Refuse a search that cannot be, before anything is made."""
+    check_search(config)
 
 
 def run(config: Config) -> list[Path]:
@@ -28,11 +37,11 @@ def run(config: Config) -> list[Path]:
     the last worker is done. The same command in another terminal joins the study.
     """
     robot = robot_of(config)
-    check_search(config)
     data = dataset_of(config)
     folders = artifacts(config)
     folder = folders.tune(robot.name)
-    digest = provenance.digest(read_json(data / CARD)["files"])
+    code = source_tree().digest(TrialObjective.__module__)
+    digest = provenance.digest([read_json(data / CARD)["files"], code])
     name = study_name(config, digest)
     growing = folders.root / "checkpoint" / f"tune-{name}.log"
     kept = folder / "journal.log"

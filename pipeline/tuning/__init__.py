@@ -1,1 +1,1 @@
-"""Hyperparameter search with Optuna: studies that stop, go on, and end with the asked trials."""
+"""Hyperparameter search with Optuna: studies that stop, resume and end with all trials."""

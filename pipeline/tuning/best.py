@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline.data.files import read_yaml
 from pipeline.errors import PipelineError
-from pipeline.settings import Config
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 
 def read_best(path: Path, config: Config) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -11,16 +11,18 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import torch
 from torch import nn
 
-from pipeline.config import compose, to_dict
+from pipeline.closure import source_tree
+from pipeline.containers import to_dict
 from pipeline.data.dataset import PoseSet
 from pipeline.data.tables import read_table
 from pipeline.learning.checkpoint import Progress
+from pipeline.learning.config import ModelConfig, TrainConfig
 from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.factory import build_network
 from pipeline.learning.networks import IkNetwork, parameter_count
@@ -28,9 +30,11 @@ from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.progress import LOGGER
 from pipeline.provenance import digest, machine
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config, ModelConfig, TrainConfig
 from pipeline.tuning.best import read_best
 from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 # Of a training step to a forward pass: forward, gradient by the inputs, gradient by the weights.
 PASSES = 3
@@ -38,6 +42,7 @@ WARM_UP_PART = 10  # of a short schedule no more than this part is spent on warm
 WARM_UP_STEPS, TIMED_STEPS, TIMED_S = 5, 20, 5.0
 BEST, TABLE_ONE = "best", "table_one"
 Keep = Callable[[pd.DataFrame], None]
+Compose = Callable[[list[str]], "Config"]
 
 
 @dataclass(frozen=True)
@@ -55,12 +60,13 @@ class Candidate:
     model: ModelConfig
 
 
-def load_candidates(config: Config, best: Path) -> list[Candidate]:
+def load_candidates(config: Config, best: Path, compose: Compose) -> list[Candidate]:
     """Return the configurations that ``tune.comparison`` names.
 
     Args:
         config: The run: its own configuration is ``default``.
         best: best.yaml of the search.
+        compose: Makes a configuration of overrides.
 
     Raises:
         PipelineError: The search was for another kind of model.
@@ -220,7 +226,7 @@ def _poses_per_second(robot: Robot, candidate: Candidate, poses: PoseSet) -> flo
 
 
 def _wait_for(device: torch.device) -> None:
-    """Let an accelerator finish what it was told to do: a captured step returns before it ran."""
+    """Wait until an accelerator is idle: a captured step returns before it has run."""
     if device.type == "cuda":
         torch.cuda.synchronize(device)
 
@@ -230,5 +236,6 @@ def _run_digest(robot: Robot, config: Config, candidate: Candidate, replicate: i
     comparison = config.tune.comparison
     budget = [comparison.currency, comparison.amount, config.seed, replicate]
     place = machine() if comparison.currency == "seconds" else {}
-    data = [config.dataset.train, config.dataset.validation, robot.urdf_checksum, place]
+    code = source_tree().digest(__name__)
+    data = [config.dataset.train, config.dataset.validation, robot.urdf_checksum, place, code]
     return digest([to_dict(candidate.train), to_dict(candidate.model), budget, data])

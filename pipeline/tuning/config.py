@@ -15,6 +15,7 @@ KINDS = (FLOAT, INT, CHOICE, LAYERS)
 # What kinds of axes may set a field of train or model, by the type of the field.
 KINDS_OF = {
     "float": (FLOAT, INT, CHOICE),
+    "float | None": (FLOAT, INT, CHOICE),
     "int": (INT, CHOICE),
     "bool": (CHOICE,),
     "str": (CHOICE,),

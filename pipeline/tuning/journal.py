@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import shutil
 import socket
@@ -10,8 +9,8 @@ import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
 
+from filelock import FileLock, Timeout
 from optuna import Study, Trial
 from optuna.storages import BaseStorage, JournalStorage
 from optuna.storages.journal import JournalFileBackend
@@ -20,8 +19,9 @@ from optuna.trial import FrozenTrial, TrialState
 from pipeline.data.files import replacing
 
 WORKER = "worker"  # attribute of a trial: the token of the worker that runs it
+POLL_S = 0.005  # between attempts to take the lock of a journal, which is held for milliseconds
 RUNNING = (TrialState.RUNNING,)
-Release = Callable[[], None]
+Release = Callable[[], object]
 
 
 class KernelLock:
@@ -37,11 +37,11 @@ class KernelLock:
 
     def __init__(self, journal: Path) -> None:
         self.journal = journal
-        self.held: IO[bytes] | None = None
+        self._lock = FileLock(journal.with_suffix(".lock"), poll_interval=POLL_S)
 
     def acquire(self) -> bool:
-        """Wait for the lock and mend the end of the file."""
-        self.held = _locked(self.journal.with_suffix(".lock"))
+        """Wait for the lock and repair the end of the file."""
+        self._lock.acquire()
         with self.journal.open("rb+") as stream:
             size = stream.seek(0, os.SEEK_END)
             end = size
@@ -56,9 +56,7 @@ class KernelLock:
 
     def release(self) -> None:
         """Give the lock back."""
-        if self.held is not None:
-            self.held.close()
-            self.held = None
+        self._lock.release()
 
 
 class JournalStore:
@@ -82,13 +80,14 @@ class JournalStore:
         self.workers = path.with_suffix(".workers")
         self.workers.mkdir(exist_ok=True)
         self.token = new_token()
-        self.alive = _locked(self.workers / self.token)
+        self.alive = FileLock(self.workers / self.token, thread_local=False)
+        self.alive.acquire()
 
     @contextmanager
     def claim(self, study: str) -> Iterator[Release]:
         """See `pipeline.tuning.storage.Store.claim`."""
-        with _locked(self.path.with_suffix(".claim")) as held:
-            yield held.close
+        with FileLock(self.path.with_suffix(".claim")) as held:
+            yield held.release
 
     def begin(self, trial: Trial) -> None:
         """See `pipeline.tuning.storage.Store.begin`."""
@@ -106,9 +105,9 @@ class JournalStore:
 
     def close(self) -> None:
         """See `pipeline.tuning.storage.Store.close`."""
-        if not self.alive.closed:
+        if self.alive.is_locked:
             (self.workers / self.token).unlink(missing_ok=True)
-            self.alive.close()
+            self.alive.release()
 
     def remove(self) -> None:
         """Leave the study and remove the journal and what lies beside it; for the last worker."""
@@ -123,19 +122,18 @@ class JournalStore:
         if token is None:
             return False  # killed between asking for a trial and signing it, both within a claim
         path = self.workers / token
+        if not path.exists():
+            return False
         try:
-            with path.open("rb+") as stream:
-                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            with FileLock(path, blocking=False):
                 path.unlink(missing_ok=True)
             return False
-        except FileNotFoundError:
-            return False
-        except BlockingIOError:
+        except Timeout:
             return True
 
 
 def fetch_journal(kept: Path, growing: Path, study: str) -> None:
-    """Let a study go on that was finished and put away, if that is the one.
+    """Continue a study that was finished and stored, if that is the one.
 
     Args:
         kept: The journal of a finished study, in its artifact.
@@ -161,19 +159,3 @@ def keep_journal(store: object, kept: Path) -> None:
 def new_token() -> str:
     """Return a name for a worker that no other has."""
     return f"{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:8]}"
-
-
-def _locked(path: Path) -> IO[bytes]:
-    """Open a file and wait for its lock, which closing it or the end of the process gives back.
-
-    The file may be removed while it is waited for; then it is made again.
-    """
-    while True:
-        stream = path.open("ab")
-        fcntl.flock(stream, fcntl.LOCK_EX)
-        try:
-            if os.fstat(stream.fileno()).st_ino == path.stat().st_ino:
-                return stream
-        except FileNotFoundError:
-            pass
-        stream.close()

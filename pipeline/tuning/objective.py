@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import torch
 from optuna import Trial
@@ -18,10 +18,12 @@ from pipeline.learning.factory import build_network
 from pipeline.learning.networks import IkNetwork, parameter_count
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config
 from pipeline.tuning.sampling import WHOLE
 from pipeline.tuning.space import check, draw
 from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 JUDGED_AT_ONCE = 4096  # poses of the validation set, for the memory of wide layers
 CYCLE_KINDS = ("mlp", "experts")
@@ -119,7 +121,7 @@ def check_search(config: Config) -> None:
     """Refuse a search that no trial of could end well.
 
     Raises:
-        PipelineError: The objective is not for this kind of model, or the space cannot be.
+        PipelineError: The objective is not for this kind of model, or the space is not possible.
     """
     if config.tune.objective == "losses" and config.model.kind not in CYCLE_KINDS:
         raise PipelineError(

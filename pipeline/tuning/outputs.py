@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 from omegaconf import OmegaConf
 from optuna import Study
 from optuna.trial import FrozenTrial, TrialState
 
-from pipeline.config import to_dict
+from pipeline.containers import to_dict
 from pipeline.data.files import write_json, write_text
 from pipeline.errors import PipelineError
+from pipeline.locations import published_results
 from pipeline.presentation.published import read_published
 from pipeline.presentation.table import Table
-from pipeline.provenance import ROOT
-from pipeline.settings import Config
 from pipeline.tuning.figures import write_figures
 from pipeline.tuning.hyperparameters import Hyperparameters, found_hyperparameters
 from pipeline.tuning.journal import WORKER
 from pipeline.tuning.space import draw
 from pipeline.tuning.study import ABANDONED, REASON, START, count
 
+if TYPE_CHECKING:
+    from pipeline.settings import Config
+
 MADE_BY = "# The best trial of `python -m pipeline tune`; `train.from=best` takes it.\n"
-PUBLISHED = ROOT / "results" / "published_results.csv"
-SHAPE = ("hidden", "tanh_layers")  # told of every network
+PUBLISHED = published_results()
+SHAPE = ("hidden", "tanh_layers")  # reported of every network
 SHOWN = 3  # best trials in the table
 TRIALS, BEST, METRICS = "trials.csv", "best.yaml", "metrics.json"
 

@@ -41,8 +41,8 @@ class Outclassed(BasePruner):
 
     A learning rate that falls to zero sends a trial's loss down in the last stretch of its
     schedule, the more the higher the rate was: what looks bad half-way may well end best, and
-    pruners that rank trials half-way cut it. Whether a trial can still end well is told by the
-    trials that did: only what none of them ever was is cut.
+    pruners that rank trials half-way cut it. Whether a trial can still end well
+    follows from the trials that did: only what none of them ever was is cut.
 
     Args:
         keep: Share of the complete trials that count as good.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from optuna import Trial
 from optuna.distributions import (
@@ -14,10 +14,13 @@ from optuna.distributions import (
     IntDistribution,
 )
 
-from pipeline.config import to_dict
+from pipeline.containers import to_dict
 from pipeline.errors import PipelineError
-from pipeline.settings import Config, ModelConfig, TrainConfig
+from pipeline.learning.config import ModelConfig, TrainConfig
 from pipeline.tuning.config import CHOICE, INT, LAYERS, Axis
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 Point = dict[str, Any]
 
@@ -100,7 +103,7 @@ def check(config: Config) -> None:
             try:
                 configured(config, {name: value})
             except ValueError as error:
-                # The length of a list may ask for less of another axis: trials tell.
+                # The length of a list may demand less of another axis: only trials show.
                 if axis.kind != LAYERS and name != "tanh_layers":
                     raise PipelineError(f"tune.space.{name} may become {value}: {error}") from error
 

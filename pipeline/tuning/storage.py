@@ -1,6 +1,6 @@
 """Where a study is kept, and how its workers keep out of each other's way.
 
-Optuna stores trials; for a total to be exact, three things have to hold beside that. One worker at
+Optuna stores trials; for a total to be exact, three conditions must hold besides. One worker at
 a time begins a trial (`Store.claim`). Trials that nobody runs any more are known as such
 (`Store.abandoned`). And a worker that is killed (SIGKILL, out of memory) leaves nothing locked:
 every lock here is the kernel's or the server's, which drop it with its process.
@@ -64,7 +64,7 @@ def open_store(storage: str, journal: Path, heartbeat_s: int) -> Store:
 
 @contextmanager
 def storage_errors_named(store: Store) -> Iterator[None]:
-    """Tell in one sentence of a server that goes away in the middle of a study.
+    """Name in one sentence a server that goes away in the middle of a study.
 
     Raises:
         PipelineError: The storage no longer answers.
@@ -79,7 +79,7 @@ def storage_errors_named(store: Store) -> Iterator[None]:
 
 
 class PostgresStore:
-    """A PostgreSQL database that many machines share; Optuna's heartbeats tell who lives.
+    """A PostgreSQL database that many machines share; Optuna's heartbeats show who is alive.
 
     Args:
         url: Its address.

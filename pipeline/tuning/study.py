@@ -1,4 +1,4 @@
-"""A study that can be stopped anywhere and goes on to exactly the number of trials asked for."""
+"""A study that can be stopped anywhere and resumes to exactly the requested number of trials."""
 
 from __future__ import annotations
 
@@ -7,28 +7,31 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import optuna
 from optuna import Study, Trial
 from optuna.exceptions import ExperimentalWarning
 from optuna.trial import FrozenTrial, TrialState
 
-from pipeline.config import to_dict
+from pipeline.containers import to_dict
 from pipeline.errors import PipelineError
 from pipeline.progress import LOGGER
 from pipeline.provenance import digest
 from pipeline.seeding import derive_seed
-from pipeline.settings import Config
 from pipeline.tuning.sampling import make_pruner, make_sampler
 from pipeline.tuning.space import starting_points
 from pipeline.tuning.storage import Store
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 FINISHED = (TrialState.COMPLETE, TrialState.PRUNED)
 # What a configuration can do to its trial: out of memory is a RuntimeError of torch, or this.
 FAULTS = (RuntimeError, ValueError, MemoryError, ArithmeticError)
 START, REASON = "start", "reason"  # attributes of trials
 ABANDONED = "its worker died"
-# How a study is run, not what its trials are: another value goes on with the same study.
+# How a study is run, not what its trials are: another value continues the same study.
 RUNNING_OF_IT = ("trials", "workers", "storage", "heartbeat_s", "stop", "comparison")
 POLL_S = 0.2
 TrialObjective = Callable[[Trial], float]
@@ -96,19 +99,19 @@ def run_trials(
     config: Config,
     go_on: Callable[[], bool] = lambda: True,
 ) -> None:
-    """Run trials until the study has ``tune.trials`` finished ones; failed ones are made up for.
+    """Run trials until the study has ``tune.trials`` finished ones; failed ones are repeated.
 
     Any number of workers may do this at once. A worker claims the study, counts what is finished
     and what others run, and begins a trial only if those are too few; the last ones wait, in case a
-    trial of another has to be made up for. Every trial draws from a sampler seeded by its number,
+    trial of another must be repeated. Every trial draws from a sampler seeded by its number,
     so no draw repeats, and one worker alone draws the same trials every time.
 
     Args:
         store: Where the study is kept.
         study: The study.
         objective: Returns what is minimised.
-        config: Trials asked for, sampler, seed.
-        go_on: Asked between trials.
+        config: Requested trials, sampler, seed.
+        go_on: Called between trials.
 
     Raises:
         PipelineError: Trial after trial failed.
@@ -127,7 +130,7 @@ def run_trials(
 
 
 def is_over(tally: Tally, config: Config) -> bool:
-    """Whether a study has what was asked of it, or no longer gets better.
+    """Whether a study has its requested trials, or no longer improves.
 
     Raises:
         PipelineError: Trial after trial failed.
@@ -169,7 +172,7 @@ def _one(
     study: Study,
     objective: TrialObjective,
     config: Config,
-    release: Callable[[], None],
+    release: Callable[[], object],
 ) -> None:
     """Begin a trial within the claim, release it, and run the trial to its end."""
     waiting = study.get_trials(deepcopy=False, states=(TrialState.WAITING,))
@@ -194,8 +197,8 @@ def _one(
     try:
         study.optimize(begin, n_trials=1, catch=FAULTS)
     except Exception:
-        # This worker was taken for dead, so another has made up for its trial: Optuna, which cannot
-        # end a trial twice, raises whatever comes. So it does where the server has gone: asked
+        # This worker was taken for dead, so another has repeated its trial: Optuna, which cannot
+        # end a trial twice, raises whatever comes. So it does where the server has gone: queried
         # here, the storage says so itself.
         trials = study.get_trials(deepcopy=False)
         if not ended or trials[ended[0]].state != TrialState.FAIL:

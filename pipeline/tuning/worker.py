@@ -1,4 +1,4 @@
-"""A search as its workers see it: one process, or as many as asked for on one study."""
+"""A search as its workers see it: one process, or the requested number on one study."""
 
 from __future__ import annotations
 
@@ -7,19 +7,22 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from optuna import Study
 
 from pipeline.data.dataset import read_split
-from pipeline.engine.errors import EngineError
 from pipeline.engine.running import fans_out, try_tasks, workers_of
 from pipeline.engine.task import threads_held
+from pipeline.errors import EngineError
 from pipeline.progress import LOGGER, bar
-from pipeline.settings import Config
 from pipeline.tuning.objective import TrialObjective
 from pipeline.tuning.storage import STORAGE_ERRORS, Store, open_store, storage_errors_named
 from pipeline.tuning.study import count, is_over, open_study, run_trials
 from robots import load_robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
 
 BAR_S = 1.0  # between looks at how far the workers are
 ROUNDS = 5  # times that workers are started anew when none of them is left
@@ -48,7 +51,7 @@ class SearchJob:
 
 
 def work(job: SearchJob) -> int:
-    """Join a study, run trials until it has those that were asked for, and return their number.
+    """Join a study, run trials until it has the requested number, and return their number.
 
     Raises:
         PipelineError: Trial after trial failed, or the storage cannot be opened.
@@ -71,7 +74,7 @@ def search(job: SearchJob, study: Study) -> None:
     A worker that dies leaves the rest to the others; where none is left, all are started anew.
 
     Args:
-        job: What each worker is told.
+        job: What each worker needs to know.
         study: The study, to see how far it is.
 
     Raises:
@@ -111,7 +114,7 @@ def _shown(study: Study, config: Config) -> Iterator[None]:
     with bar(config.tune.trials, "trial", f"tune {config.robot.name}", first) as shown:
 
         def watch() -> None:
-            with suppress(*STORAGE_ERRORS):  # the search itself tells of it
+            with suppress(*STORAGE_ERRORS):  # the search itself reports it
                 while not over.wait(BAR_S):
                     shown.update(count(study).finished - shown.n)
 

@@ -16,7 +16,7 @@ AGREEMENT = 0.995
 DRAWN_AT_ONCE = 20_000
 # Samples of each kind with the share that must agree: among few a single one weighs too much.
 COUNTS = [(100, 0.98), pytest.param(2000, AGREEMENT, marks=pytest.mark.slow)]
-# Ways to read a URDF. Without a flag PyBullet makes meshes of cylinders, 1 mm too large.
+# Options of reading a URDF. Without a flag PyBullet makes meshes of cylinders, 1 mm too large.
 IMPORTS = {
     "plain": 0,
     "implicit cylinders": pybullet.URDF_USE_IMPLICIT_CYLINDER,

@@ -11,10 +11,12 @@ import torch
 import baselines
 from baselines import Budget, PoseError, SolverError
 from baselines.registry import settings
-from pipeline.config import compose, to_dict
+from pipeline.config import compose
+from pipeline.containers import to_dict
 from pipeline.learning.factory import build_network
 from pipeline.learning.weights import chain_facts, save_weights
-from pipeline.solvers import is_neural, load_solver, models_of
+from pipeline.loading import load_solver
+from pipeline.solvers import is_neural, models_of
 from robots import Robot, load_robot, rotations
 
 NEURAL = [name for name in baselines.names() if is_neural(name)]
@@ -86,7 +88,7 @@ def test_refinement_reaches_the_tolerance_from_an_untrained_network(
 
 
 def test_a_neural_solver_without_weights_says_how_to_train(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipeline.solvers.RESULTS", Path("nowhere"))
+    monkeypatch.setattr("pipeline.loading.results", lambda: Path("nowhere"))
     with pytest.raises(ValueError, match="pipeline train robot=fetch model=flow"):
         load_solver("flow", load_robot("fetch"))  # no flow comes with the project
     with pytest.raises(SolverError, match="did you mean 'cycleik'"):

@@ -33,15 +33,15 @@ def test_they_are_small_and_their_card_tells_what_they_reach(name: str) -> None:
     assert (folder / WEIGHTS).stat().st_size <= LARGEST_BYTES
     card = read_detector_card(folder, name)
     assert card["names"] == list(CONFIG.grasp.scenes[name].objects)
-    told = card["held_out"]
-    assert told["pictures"] == 500
-    assert told["map50"] >= 0.97
-    assert told["position_error_mm"] <= 8.0
-    assert told["position_error_p95_mm"] <= 20.0
+    quality = card["held_out"]
+    assert quality["pictures"] == 500
+    assert quality["map50"] >= 0.97
+    assert quality["position_error_mm"] <= 8.0
+    assert quality["position_error_p95_mm"] <= 20.0
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_they_find_every_thing_of_a_fixed_scene_within_two_centimetres(name: str) -> None:
+def test_they_find_every_object_of_a_fixed_scene_within_two_centimetres(name: str) -> None:
     robot, scene = load_robot(name), CONFIG.grasp.scenes[name]
     detector = load_detector(CONFIG.perception, robot, scene.objects)
     camera = EyeCamera(robot, CONFIG.perception.eye, CONFIG.perception.perturbation)
@@ -67,7 +67,7 @@ def test_held_out_pictures_are_read_as_well_as_the_card_says(name: str) -> None:
     """A few pictures anew, at the size of the eye's, with other seeds than the card's."""
     robot, domain = load_robot(name), CONFIG.detector.held_out
     detector = EmbeddedDetector(
-        load_centre_network(shipped_detector(name), name), CONFIG.perception.threshold
+        load_centre_network(shipped_detector(name), name), CONFIG.perception
     )
     errors, objects = [], 0
     with Studio(robot, CONFIG.grasp, CONFIG.perception.eye, CONFIG.detector.visible) as studio:
@@ -84,6 +84,6 @@ def test_held_out_pictures_are_read_as_well_as_the_card_says(name: str) -> None:
     assert np.median(errors) < 0.008
 
 
-def test_they_are_refused_for_other_things() -> None:
+def test_they_are_refused_for_other_objects() -> None:
     with pytest.raises(ValueError, match="expected banana"):
         load_detector(CONFIG.perception, load_robot("nico"), ["banana"])

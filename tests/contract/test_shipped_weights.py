@@ -17,7 +17,7 @@ POSES = 1000
 
 @pytest.fixture(autouse=True)
 def nothing_trained(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipeline.solvers.RESULTS", tmp_path)
+    monkeypatch.setattr("pipeline.loading.results", lambda: tmp_path)
 
 
 @pytest.mark.parametrize("name", available_robots())

@@ -206,7 +206,8 @@ def test_refined_descends_from_the_networks_hypotheses(name: str) -> None:
     assert first.any()
     assert np.array_equal(ours.iterations[first], theirs.iterations[first])
     np.testing.assert_allclose(ours.joints[first], theirs.joints[first], atol=1e-6)
-    blocks = RefinedCuda(robot, cpu.proposer.network, options, cpu.library, way="block", lanes=LANES)
+    network = cpu.proposer.network
+    blocks = RefinedCuda(robot, network, options, cpu.library, way="block", lanes=LANES)
     check_solved(robot, blocks.solve(poses), poses)
 
 

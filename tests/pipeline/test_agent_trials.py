@@ -13,10 +13,10 @@ import pytest
 
 import baselines
 from pipeline.agent import Agent
+from pipeline.agent.loading import agent_factory
 from pipeline.agent.transcript import read_transcript
 from pipeline.config import compose
 from pipeline.data.rows import RowCheckpoint
-from pipeline.embodiment.grasp_all import agents
 from pipeline.embodiment.perception import GroundTruthPerception
 from pipeline.embodiment.series import AgentSeries
 from pipeline.embodiment.trials import Experiment
@@ -34,7 +34,7 @@ TIMES = ("wall_s", "approach_plan_ms", "lift_plan_ms", "transfer_plan_ms", "home
 def experiment(
     folder: Path | None = None, perception: GroundTruthPerception | None = None, **changes: Any
 ) -> Experiment:
-    """Panda with four things on a row; one of them has a hostile name."""
+    """Panda with four objects on a row; one of them has a hostile name."""
     grasp = CONFIG.grasp
     scene = replace(grasp.scenes["panda"], objects=["soup_can", BANANA, "pear", "orange"])
     objects = {**grasp.objects, BANANA: grasp.objects["banana"]}
@@ -44,7 +44,11 @@ def experiment(
     facts = {"perception": "perfect", "agent": "policy"}
     series = Series(grasp, robot, solver, solver, 0)
     made = Experiment(
-        series, perception or GroundTruthPerception(), agents(CONFIG.agent, "panda"), facts, folder
+        series,
+        perception or GroundTruthPerception(),
+        agent_factory(CONFIG.agent, "panda"),
+        facts,
+        folder,
     )
     return replace(made, **changes)
 
@@ -55,7 +59,7 @@ def through(server: FakeEndpoint) -> Callable[[], Agent]:
         CONFIG.agent.endpoint, base_url=server.url, model="any", timeout_s=0.5, deadline_s=1.0,
         retries=0,
     )  # fmt: skip
-    return agents(replace(CONFIG.agent, kind="endpoint", endpoint=endpoint), "panda")
+    return agent_factory(replace(CONFIG.agent, kind="endpoint", endpoint=endpoint), "panda")
 
 
 def test_twenty_trials_through_an_endpoint_get_the_right_class_and_none_ends_the_run(

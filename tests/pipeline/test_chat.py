@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pipeline.agent.transcript import read_transcript
 from pipeline.commands.chat import with_defaults
-from pipeline.provenance import ROOT
+from robots.locations import FOLDER
 
 PATIENCE_S = 180.0
 
@@ -27,7 +27,7 @@ class Terminal:
             stdin=slave,
             stdout=slave,
             stderr=slave,
-            cwd=ROOT,
+            cwd=FOLDER,
             env={**os.environ, "TERM": "dumb"},
         )
         os.close(slave)

@@ -8,13 +8,15 @@ from pathlib import Path
 import pytest
 
 from pipeline.__main__ import main
+from pipeline.commands import COMMANDS
 from pipeline.commands.run import run_name
-from pipeline.stages import STAGES
+from pipeline.config import compose, to_yaml
+from pipeline.stages.graph import STAGES
 
 TOY = ["profile=smoke", "dataset.train=400", "dataset.validation=50", "dataset.test=50"]
 
 
-def told(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+def run_main(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
     status = main(list(arguments))
     captured = capsys.readouterr()
     return status, captured.out, captured.err
@@ -22,14 +24,14 @@ def told(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str,
 
 @pytest.mark.parametrize("arguments", [(), ("--help",), ("-h",), ("help",)])
 def test_help_names_every_stage(capsys: pytest.CaptureFixture[str], arguments: tuple) -> None:
-    status, out, _ = told(capsys, *arguments)
+    status, out, _ = run_main(capsys, *arguments)
     assert status == 0
     assert all(stage in out for stage in STAGES)
 
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_every_stage_explains_itself(capsys: pytest.CaptureFixture[str], stage: str) -> None:
-    status, out, _ = told(capsys, stage, "--help")
+    status, out, _ = run_main(capsys, stage, "--help")
     assert status == 0
     assert f"python -m pipeline {stage}" in out
 
@@ -41,15 +43,15 @@ def test_old_command_names_still_act(
     capsys: pytest.CaptureFixture[str], old: str, new: str
 ) -> None:
     arguments = () if new == "paths" else ("--help",)
-    assert told(capsys, old, *arguments) == told(capsys, new, *arguments)
+    assert run_main(capsys, old, *arguments) == run_main(capsys, new, *arguments)
 
 
 def test_robots_solvers_and_doctor(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "panda_joint1" in told(capsys, "robots")[1]
-    solvers = told(capsys, "solvers")[1]
+    assert "panda_joint1" in run_main(capsys, "robots")[1]
+    solvers = run_main(capsys, "solvers")[1]
     assert re.search(r"cycleik +neural", solvers)
     assert re.search(r"placo +numerical +ready", solvers)
-    status, out, _ = told(capsys, "doctor")
+    status, out, _ = run_main(capsys, "doctor")
     assert status == 0
     assert "pytorch-kinematics" in out
     assert "accelerator" in out
@@ -62,13 +64,16 @@ def test_robots_solvers_and_doctor(capsys: pytest.CaptureFixture[str]) -> None:
         (["train", "robot=pandaa"], "did you mean 'panda'"),
         (["train", "train.learning_rat=1"], "did you mean 'learning_rate'"),
         (["train", "train.batch_size=-1"], "greater than 0"),
-        (["train", "--fast"], "no option --fast"),
+        (["train", "--fast"], "no option '--fast'"),
         (["evaluate", "evaluate.solvers=[placco]", "profile=smoke"], "did you mean 'placo'"),
         (["grasp", "robot=valkyrie", "profile=smoke"], "no grasp scene"),
-        (["compare", "a"], "two results folders"),
-        (["compare", "nowhere", "nowhere"], "no folder nowhere"),
-        (["robot", "add", "x.urdf"], "--base and --tip"),
-        (["robots", "all"], "takes no arguments"),
+        (["compare", "tests"], "required: B"),
+        (["compare", "nowhere", "nowhere"], "there is no folder nowhere"),
+        (["robot", "add", "x.urdf"], "required: --base, --tip"),
+        (["robots", "all"], "unexpected argument 'all'"),
+        (["robot", "ad"], "did you mean 'add'"),
+        (["table", "tabel2"], "did you mean 'table2'"),
+        (["chat", "--robto=nico"], "no option '--robto=nico'"),
         (["train", "robot=panda", "profile=smoke", "train.from=best"], "pipeline tune"),
         (["all", "robots=[pandaa]"], "did you mean 'panda'"),
     ],
@@ -78,7 +83,7 @@ def test_bad_input_gives_one_sentence_status_2_and_no_file(
 ) -> None:
     is_stage = arguments[0] in STAGES and "--fast" not in arguments
     extra = [f"results_dir={tmp_path}"] if is_stage else []
-    status, out, err = told(capsys, *arguments, *extra)
+    status, out, err = run_main(capsys, *arguments, *extra)
     assert status == 2
     assert words in err
     assert err.startswith("error: ")
@@ -91,7 +96,7 @@ def test_a_sweep_runs_each_combination_in_a_folder_of_its_own_and_compare_tells_
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     sweep = ["train.loss=former,smooth", "robot=nico", "train.epochs=1", *TOY]
-    status, _, _ = told(capsys, "train", "-m", *sweep, f"results_dir={tmp_path}")
+    status, _, _ = run_main(capsys, "train", "-m", *sweep, f"results_dir={tmp_path}")
     assert status == 0
     folders = sorted((tmp_path / "sweep").iterdir())
     assert [folder.name.split(",")[0] for folder in folders] == [
@@ -99,7 +104,7 @@ def test_a_sweep_runs_each_combination_in_a_folder_of_its_own_and_compare_tells_
         "train.loss=smooth",
     ]
     assert all((f / "train" / "nico" / "tiny" / "weights.safetensors").exists() for f in folders)
-    status, out, _ = told(capsys, "compare", *map(str, folders))
+    status, out, _ = run_main(capsys, "compare", *map(str, folders))
     assert status == 0
     assert re.search(r"train/nico/tiny: train\.loss +former +smooth", out)
     assert "position_error_mm" in out
@@ -109,7 +114,7 @@ def test_a_sweep_runs_each_combination_in_a_folder_of_its_own_and_compare_tells_
 def test_a_typo_in_a_sweep_stops_before_the_first_run(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    status, _, err = told(
+    status, _, err = run_main(
         capsys, "train", "-m", "train.loss=smooth,smoth", f"results_dir={tmp_path}"
     )
     assert (status, "smoth" in err) == (2, True)
@@ -127,14 +132,32 @@ def test_a_run_is_named_after_its_profile_where_profiles_are_swept() -> None:
     assert run_name(overrides, with_profile=True) == "profile=smoke,seed=1"
 
 
+def test_a_password_of_a_storage_is_in_neither_name_nor_configuration_of_a_run() -> None:
+    storage = "tune.storage='postgresql://me:p@ss:w/rd@host:5432/studies?password=word2'"
+    name = run_name([storage])
+    assert "studies" in name
+    written = to_yaml(compose([storage]))
+    assert "storage: postgresql://me:***@host:5432/studies?password=***" in written
+    assert not re.search("p@ss|w/rd|word2|w_rd", name + written)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself(capsys: pytest.CaptureFixture[str], command: str) -> None:
+    status, out, _ = run_main(capsys, command, "--help")
+    assert status == 0
+    assert f"python -m pipeline {command}" in out
+    assert command in run_main(capsys)[1]
+
+
 @pytest.mark.parametrize("command", ["robots", "solvers", "doctor", "paths"])
 def test_a_command_without_arguments_explains_itself_and_does_not_run(
     capsys: pytest.CaptureFixture[str], command: str
 ) -> None:
-    status, out, _ = told(capsys, command, "--help")
+    status, out, _ = run_main(capsys, command, "--help")
     assert status == 0
-    assert out.startswith(f"python -m pipeline {command}\n")
-    assert len(out.splitlines()) == 3
+    assert out.startswith(f"usage: python -m pipeline {command} ")
+    assert "key=value" not in out
+    assert len(out.splitlines()) == 6
 
 
 @pytest.mark.parametrize(
@@ -148,7 +171,7 @@ def test_a_command_without_arguments_explains_itself_and_does_not_run(
 def test_unknown_solvers_are_found_before_anything_is_made(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: list[str], words: str
 ) -> None:
-    status, _, err = told(capsys, *arguments, "profile=smoke", f"results_dir={tmp_path}")
+    status, _, err = run_main(capsys, *arguments, "profile=smoke", f"results_dir={tmp_path}")
     assert status == 2
     assert words in err
     assert not list(tmp_path.rglob("*"))

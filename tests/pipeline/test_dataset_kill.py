@@ -15,7 +15,7 @@ import pytest
 from pipeline.config import compose
 from pipeline.data.dataset import DatasetError, read_split
 from pipeline.data.tables import read_table
-from pipeline.stages import run_stage
+from pipeline.stages.running import run_stage
 from robots import load_robot
 
 FILES = ("train.parquet", "validation.parquet", "test.parquet", "card.json")

@@ -13,7 +13,7 @@ from pipeline.perception.training import DetectorTrainer
 from pipeline.perception.weights import WEIGHTS, read_detector_card
 from pipeline.settings import Config
 from pipeline.stages import detector
-from pipeline.stages.inputs import detector_of
+from pipeline.stages.eyes import detector_of
 from robots import load_robot
 
 SMALL = {

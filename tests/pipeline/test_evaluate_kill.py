@@ -14,7 +14,7 @@ import pytest
 
 from pipeline.config import compose
 from pipeline.data.tables import TableError, read_metadata, read_table
-from pipeline.stages import run_stage
+from pipeline.stages.running import run_stage
 
 POSES, CHUNK, KILLS = 400, 20, 2
 ARGUMENTS = [

@@ -77,7 +77,7 @@ def test_a_hand_that_never_closes_is_not_grasped(panda):
     json.dumps(row)  # rows of trials are kept as JSON lines, so nothing in them may be NumPy's
 
 
-def test_a_thing_out_of_reach_is_not_grasped(panda):
+def test_an_object_out_of_reach_is_not_grasped(panda):
     scene = CONFIG.scenes["panda"]
     far = replace(scene, area=replace(scene.area, x=[1.4, 1.6]))
     row = run_trial(changed(far), *panda, number=0, seed=0)
@@ -92,7 +92,7 @@ def test_a_missing_bin_is_a_class_with_a_reason(panda):
     assert "there is no right bin" in row["reason"]
 
 
-def test_a_thing_that_falls_off_before_it_is_reached_is_not_grasped(panda):
+def test_an_object_that_falls_off_before_it_is_reached_is_not_grasped(panda):
     scene = CONFIG.scenes["panda"]
     elsewhere = replace(scene, table=replace(scene.table, size=[0.1, 0.1, 0.04], centre=[0.0, 0.9]))
     row = run_trial(changed(elsewhere), *panda, number=1, seed=0)
@@ -104,11 +104,11 @@ def test_a_large_error_of_the_place_misses(panda):
     assert row["class"] == NOT_GRASPED
 
 
-def test_a_thing_that_rolls_away_is_not_grasped(panda, monkeypatch):
+def test_an_object_that_rolls_away_is_not_grasped(panda, monkeypatch):
     step = scene_module.Scene.step
 
     def breeze(self):
-        if 0.5 < self.time_s < 0.8:  # after the object's place was told
+        if 0.5 < self.time_s < 0.8:  # after the object's place was read
             at = self.object_position().tolist()
             self.client.applyExternalForce(
                 self.object_id, -1, [0, 0.15, 0], at, pybullet.WORLD_FRAME

@@ -29,7 +29,7 @@ def each(request):
 
 
 def act(each, kind, row=3, away=0.0, **changes):
-    """One action on a thing of a row; the deed, how far everything moved [m], and which it was."""
+    """One action on an object of a row; its result, how far everything moved [m], which it was."""
     robot, solver = each
     config = replace(required_scene(CONFIG, robot.name), **changes)
     with Scene(robot, config, CONFIG.physics) as scene:
@@ -45,7 +45,7 @@ def act(each, kind, row=3, away=0.0, **changes):
     return result, moved, target.name
 
 
-def test_pushing_moves_the_thing_and_no_other(each, monkeypatch):
+def test_pushing_moves_the_object_and_no_other(each, monkeypatch):
     guard(monkeypatch)
     result, moved, name = act(each, "push")
     assert result.done, result.words
@@ -67,7 +67,7 @@ def test_what_is_out_of_reach_is_a_deed_with_a_reason(each, kind):
     assert "out of reach" in result.words
 
 
-def test_pushing_or_pointing_beside_a_thing_is_a_failure():
+def test_pushing_or_pointing_beside_an_object_is_a_failure():
     robot = load_robot("panda")
     panda = robot, baselines.load("lm", robot)
     result, _, _ = act(panda, "point", away=0.09)
@@ -76,7 +76,7 @@ def test_pushing_or_pointing_beside_a_thing_is_a_failure():
     assert (result.done, "moved 0 mm" in result.words) == (False, True)
 
 
-def test_the_distance_of_a_thing_from_a_finger_s_line():
+def test_the_distance_of_an_object_from_a_finger_s_line():
     origin, ahead = np.zeros(3), np.array([1.0, 0.0, 0.0])
     assert np.isclose(distance_to_line(np.array([2.0, 0.3, 0.4]), origin, ahead), 0.5)
     assert np.isclose(distance_to_line(np.array([-3.0, 0.0, 4.0]), origin, ahead), 5.0)

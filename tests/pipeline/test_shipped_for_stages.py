@@ -7,9 +7,12 @@ from pathlib import Path
 import pytest
 
 from pipeline.config import compose
+from pipeline.errors import MissingArtifactError
 from pipeline.learning.weights import shipped_weights
 from pipeline.settings import Config
-from pipeline.stages import inputs
+from pipeline.stages import inputs, running
+from pipeline.stages.solvers import solver_of
+from robots import load_robot
 
 
 @pytest.fixture
@@ -19,14 +22,14 @@ def trained(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     def stage(name: str, config: Config) -> None:
         stages.append(f"{name} {config.robot.name}")
 
-    monkeypatch.setattr(inputs, "ROOT", tmp_path)
-    monkeypatch.setattr(inputs, "run_stage", stage)
+    monkeypatch.setattr(inputs, "home", lambda: tmp_path)
+    monkeypatch.setattr(running, "run_stage", stage)
     return stages
 
 
 def test_plain_values_need_no_training(tmp_path: Path, trained: list[str]) -> None:
     config = compose(["robot=nico", f"results_dir={tmp_path}", "dataset.train=1000"])
-    assert inputs.weights_of(config) == shipped_weights("nico")
+    assert running.weights_of("cycleik", config) == shipped_weights("nico")
     assert trained == []
 
 
@@ -35,7 +38,7 @@ def test_whoever_changes_training_gets_one(
     tmp_path: Path, trained: list[str], override: str
 ) -> None:
     config = compose(["robot=nico", f"results_dir={tmp_path}", override])
-    assert inputs.weights_of(config) == tmp_path / "train" / "nico" / config.model.name
+    assert running.weights_of("cycleik", config) == tmp_path / "train" / "nico" / config.model.name
     assert trained == ["train nico"]
 
 
@@ -43,5 +46,17 @@ def test_weights_of_the_run_come_first(tmp_path: Path, trained: list[str]) -> No
     own = tmp_path / "train" / "nico" / "compact"
     own.mkdir(parents=True)
     (own / "card.json").write_text("{}")
-    assert inputs.weights_of(compose(["robot=nico", f"results_dir={tmp_path}"])) == own
+    assert running.weights_of("cycleik", compose(["robot=nico", f"results_dir={tmp_path}"])) == own
     assert trained == []
+
+
+def test_a_run_knows_the_weights_of_its_neural_solvers_and_no_others(
+    tmp_path: Path, trained: list[str]
+) -> None:
+    config = compose(["robot=nico", f"results_dir={tmp_path}"])
+    run = running.with_weights(config, ["lm", "cycleik"])
+    assert run.weights == {"cycleik": str(shipped_weights("nico"))}
+    assert config.weights == {}
+    with pytest.raises(MissingArtifactError, match="train with"):
+        solver_of("cycleik", load_robot("nico"), config)
+    assert solver_of("cycleik", load_robot("nico"), run).name == "cycleik"

@@ -19,7 +19,7 @@ from pipeline.config import compose
 from pipeline.data.dataset import DatasetError, read_split
 from pipeline.data.tables import read_metadata, read_table
 from pipeline.settings import Config
-from pipeline.stages import run_stage
+from pipeline.stages.running import run_stage
 from robots import load_robot
 
 TOY = [

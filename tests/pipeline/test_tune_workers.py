@@ -17,7 +17,7 @@ KEPT = {"trials.csv", "best.yaml", "metrics.json", "journal.log"}
 def poses(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A results folder with the pose sets, which every search here reads."""
     from pipeline.config import compose
-    from pipeline.stages import run_stage
+    from pipeline.stages.running import run_stage
 
     folder = tmp_path_factory.mktemp("results")
     run_stage("dataset", compose([*tune_runs.TOY[:5], f"results_dir={folder}"]))

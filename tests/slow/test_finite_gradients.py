@@ -14,10 +14,10 @@ import torch
 from torch import Tensor
 
 from pipeline.config import compose
+from pipeline.learning.config import TrainConfig
 from pipeline.learning.kinematics import make_kinematics
 from pipeline.learning.losses import PoseLoss
 from pipeline.learning.rotation import matrix_from_quaternion, quaternion_from_matrix
-from pipeline.settings import TrainConfig
 from robots import Robot, available_robots, load_robot
 
 LOSSES = ("smooth", "former", "matrix")

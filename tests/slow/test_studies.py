@@ -24,7 +24,7 @@ import pytest
 from optuna.trial import FrozenTrial
 
 from pipeline.config import compose
-from pipeline.stages import run_stage
+from pipeline.stages.running import run_stage
 from tests import tune_runs
 from tests.tune_runs import check_total, ended, kill_a_worker, start
 
@@ -122,7 +122,7 @@ def test_two_machines_start_one_study_at_the_same_moment(server: str, tmp_path: 
     assert tables[0].equals(tables[1])
 
 
-def test_a_server_that_goes_away_is_told_in_one_sentence(tmp_path: Path) -> None:
+def test_a_server_that_goes_away_is_reported_in_one_sentence(tmp_path: Path) -> None:
     with running_server() as (url, process):
         storage = optuna.storages.RDBStorage(url)
         search = start(*results(tmp_path, seed=2), f"tune.storage='{url}'", "tune.trials=500")

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
 from pipeline.artifacts import Artifacts, exclusive
-from pipeline.errors import MissingArtifactError, choices
+from pipeline.errors import MissingArtifactError
+from pipeline.progress import LOGGER
 from pipeline.seeding import derive_seed
 
 
@@ -52,15 +54,29 @@ def test_an_artifact_is_made_by_one_process_at_a_time_and_a_kill_frees_it(tmp_pa
         assert not waited
 
 
+def test_who_waits_for_an_artifact_says_so_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    artifact, held = tmp_path / "weights", threading.Event()
+    said: list[str] = []
+    monkeypatch.setattr(LOGGER, "info", lambda text, *values: said.append(text % values))
+
+    def hold() -> None:
+        with exclusive(artifact):
+            held.set()
+            time.sleep(0.3)
+
+    holder = threading.Thread(target=hold)
+    holder.start()
+    held.wait()
+    with exclusive(artifact) as waited:
+        assert waited
+    holder.join()
+    assert said == [f"another process is making {artifact}: waiting for it"]
+
+
 def test_seeds_follow_from_their_parts_alone() -> None:
     assert derive_seed(0, "dataset", "nico", "test") == derive_seed(0, "dataset", "nico", "test")
     seeds = {derive_seed(root, "a", part) for root in range(30) for part in range(30)}
     assert len(seeds) == 900
     assert all(0 <= seed < 2**32 for seed in seeds)
-
-
-def test_choices_name_the_nearest_and_all() -> None:
-    assert choices("robot", "pnada", ["panda", "nico"]) == (
-        "there is no robot 'pnada'; did you mean 'panda'? Valid: nico, panda"
-    )
-    assert choices("robot", "zzz", ["panda", "nico"]).endswith("'zzz'. Valid: nico, panda")

@@ -19,8 +19,8 @@ from scipy.cluster.vq import kmeans2
 from torch import Tensor, nn
 from torch.nn.functional import gelu
 
+from pipeline.learning.config import ModelConfig
 from pipeline.learning.networks import MATRIX_POSE_SIZE, IkNetwork, matrix_pose
-from pipeline.settings import ModelConfig
 from robots import Robot
 
 LLOYD_STEPS = 10

@@ -21,13 +21,13 @@ from zuko.lazy import Flow
 from zuko.mixtures import GMM
 from zuko.transforms import MonotonicAffineTransform
 
+from pipeline.learning.config import ModelConfig
 from pipeline.learning.networks import (
     MATRIX_POSE_SIZE,
     IkNetwork,
     ResidualBlocks,
     matrix_pose,
 )
-from pipeline.settings import ModelConfig
 from robots import Robot
 
 # Uniform joints, scaled from their limits to this, have the variance of the normal numbers that

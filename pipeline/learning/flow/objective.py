@@ -5,12 +5,12 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from pipeline.learning.config import TrainConfig
 from pipeline.learning.flow.network import FlowNetwork, Latents, draw_latents
 from pipeline.learning.kinematics import make_kinematics
 from pipeline.learning.losses import tip_errors
 from pipeline.learning.objective import ERRORS_BATCH
 from pipeline.seeding import derive_seed
-from pipeline.settings import TrainConfig
 from robots import Robot
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
+from pipeline.learning.config import ModelConfig
 from pipeline.learning.networks import (
     MATRIX_POSE_SIZE,
     POSE_SIZE,
@@ -13,7 +14,6 @@ from pipeline.learning.networks import (
     ResidualBlocks,
     matrix_pose,
 )
-from pipeline.settings import ModelConfig
 from robots import Robot
 
 

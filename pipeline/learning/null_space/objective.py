@@ -5,13 +5,13 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from pipeline.learning.config import TrainConfig
 from pipeline.learning.constraints import make_penalty
 from pipeline.learning.kinematics import make_kinematics
 from pipeline.learning.losses import PoseLoss, tip_errors
 from pipeline.learning.null_space.network import NullSpaceGenerator
 from pipeline.learning.objective import ERRORS_BATCH
 from pipeline.seeding import derive_seed
-from pipeline.settings import TrainConfig
 from robots import Robot
 
 UNIFORM_VARIANCE = 1 / 12  # of a number that is uniform in [0, 1)

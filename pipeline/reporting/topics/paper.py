@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from pipeline.evaluation.naming import solver_of_rows
+from pipeline.evaluation.config import solver_of_rows
 from pipeline.presentation.columns import ROBOT, SOLVER, Column, count, number, share, text, under
 from pipeline.presentation.naming import (
     NEURAL,

@@ -10,7 +10,6 @@ from pipeline.agent import Action, Agent, ModelError, Reason, parse_reply, seen_
 from pipeline.agent.loading import load_agent
 from pipeline.agent.transcript import read_transcript, write_transcript
 from pipeline.config import compose
-from pipeline.errors import PipelineError
 
 
 def test_a_turn_gives_actions_on_names_in_view(config, scene, scripted):
@@ -141,6 +140,10 @@ def test_the_transcript_is_json_lines(config, scene, scripted, tmp_path):
     assert [each.name for each in path.parent.iterdir()] == ["transcript.jsonl"]
 
 
-def test_no_agent_is_said():
-    with pytest.raises(PipelineError, match="agent=policy"):
-        load_agent(compose([]).agent, "nicol")
+def test_without_an_agent_all_that_is_in_view_is_grasped_from_right_to_left(scene):
+    turn = load_agent(compose(["agent=none"]).agent, "nicol").instruct("anything", scene)
+    from_right = sorted(scene, key=lambda each: each.position[1])
+    assert [action.target for action in turn.actions if action.kind == "grasp"] == [
+        each.name for each in from_right
+    ]
+    assert turn.finished

@@ -197,8 +197,8 @@ def test_address_and_model_may_stand_in_the_environment(config, server, monkeypa
     monkeypatch.setenv("OPENAI_MODEL", "of-the-environment")
     config.endpoint.model = None
     assert Endpoint(config.endpoint).name == "of-the-environment"
-    told = resolved(config.endpoint)
-    assert (told.model, told.base_url) == ("of-the-environment", server.url)
+    settings = resolved(config.endpoint)
+    assert (settings.model, settings.base_url) == ("of-the-environment", server.url)
     monkeypatch.setenv("OPENAI_BASE_URL", "file:///etc/passwd")
     with pytest.raises(SetupError, match="http"):
         Endpoint(config.endpoint)

@@ -6,6 +6,7 @@ import pytest
 
 from pipeline.config import CONF_DIR, compose, group_choices, sweep, to_yaml
 from pipeline.errors import ConfigError
+from robots.locations import FOLDER
 
 GROUPS = (
     "robot",
@@ -36,7 +37,7 @@ def test_profiles_set_the_scale_and_the_command_line_has_the_last_word() -> None
     assert (smoke.model.name, smoke.dataset.train, smoke.results_dir) == (
         "tiny",
         2000,
-        "results/smoke",
+        str(FOLDER / "results" / "smoke"),
     )
     assert compose(["profile=smoke", "model=compact"]).model.name == "compact"
     paper = compose(["profile=paper", "robot=nico"])

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.data.files import FileError, read_json, read_yaml, write_json
-from pipeline.data.rows import RowCheckpoint
+from pipeline.data.rows import Resumable, RowCheckpoint
 
 ROWS = [{"solver": "lm", "pair": 0, "error": 0.5}, {"solver": "lm", "pair": 1, "error": 1e-9}]
 
@@ -56,3 +56,30 @@ def test_rows_cut_off_anywhere_go_on_after_the_last_whole_one(tmp_path: Path, cu
     assert [last.get("lm", pair) for pair in (0, 1)] == ROWS
     last.clear()
     assert not path.exists()
+
+
+class Pairs(Resumable):
+    """Units of two rows each; notes which of them ran."""
+
+    def __init__(self) -> None:
+        self.ran: list[int] = []
+
+    def units(self) -> dict[int, list[tuple[object, ...]]]:
+        return {unit: [(unit, 0), (unit, 1)] for unit in range(3)}
+
+    def unit(self, unit: int) -> list[dict[str, int]]:
+        self.ran.append(unit)
+        return [{"unit": unit, "half": half, "value": 10 * unit + half} for half in (0, 1)]
+
+
+def test_units_with_a_missing_row_run_again_and_all_rows_come_in_order(tmp_path: Path) -> None:
+    kept = RowCheckpoint(tmp_path / "rows.jsonl", ("unit", "half"))
+    first, second = Pairs().unit(1), Pairs().unit(0)
+    for row in (*first, second[0]):  # unit 0 was cut off after its first row
+        kept.put(row)
+    work, shown = Pairs(), list[int]()
+    assert work.pending(kept) == [0, 2]
+    rows = work.run(kept, lambda row: shown.append(row["value"]))
+    assert work.ran == [0, 2]
+    assert rows["value"].tolist() == shown == [0, 1, 10, 11, 20, 21]
+    assert not work.pending(RowCheckpoint(kept.path, kept.key))

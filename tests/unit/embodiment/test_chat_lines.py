@@ -17,9 +17,9 @@ from pipeline.config import compose
 from pipeline.embodiment.chat import Chat
 from pipeline.embodiment.perception import View
 from pipeline.embodiment.session import Session
+from pipeline.errors import SpeechError
 from pipeline.grasping.outcome import ActionResult, GraspReport
 from pipeline.perception.detection import Detection, Sighting
-from pipeline.speech.errors import SpeechError
 
 AGENT = compose(["agent=policy"]).agent
 

@@ -5,20 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 
-import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from pipeline.config import compose
 from pipeline.embodiment.row import ACROSS, row_setup
-from pipeline.grasping.errors import GraspError
-from pipeline.grasping.extent import extent
+from pipeline.errors import GraspError
+from pipeline.grasping.shapes import extent
 
 GRASP = compose(["profile=smoke"]).grasp
 
 
 @pytest.mark.parametrize("robot", GRASP.scenes)
-def test_every_row_has_every_thing_apart_from_its_neighbours(robot: str) -> None:
+def test_every_row_has_every_object_apart_from_its_neighbours(robot: str) -> None:
     scene = GRASP.scenes[robot]
     for number in range(25):
         row = row_setup(GRASP, robot, number, seed=0)
@@ -42,17 +41,7 @@ def test_a_row_is_fixed_by_its_number_and_seed() -> None:
     assert_allclose(sorted(depths), [0.27, 0.29, 0.31, 0.33, 0.35, 0.37])
 
 
-def test_things_that_do_not_fit_are_named() -> None:
+def test_objects_that_do_not_fit_are_named() -> None:
     wide = replace(GRASP, protocol=replace(GRASP.protocol, gap=0.2))
     with pytest.raises(GraspError, match="do not fit on a row"):
         row_setup(wide, "nicol", 0, 0)
-
-
-def test_extents_of_primitives_by_hand() -> None:
-    banana, can, pear = (GRASP.objects[name] for name in ("banana", "soup_can", "pear"))
-    low, high = extent(banana, np.pi / 2, ACROSS)
-    # Two bent ends: 53.5 mm out, half of 50 mm at 25 deg, and the radius of 16 mm.
-    assert_allclose(high - low, 2 * (0.0535 + 0.025 * np.cos(np.deg2rad(25)) + 0.016))
-    assert_allclose(extent(can, 1.0, ACROSS), (-0.033, 0.033))
-    assert_allclose(extent(pear, np.pi / 2, ACROSS), (-0.033, 0.034 + 0.015 + 0.018))
-    assert_allclose(extent(pear, -np.pi / 2, ACROSS)[0], -(0.034 + 0.015 + 0.018))

@@ -72,7 +72,7 @@ def test_what_was_not_seen_where_it_lay_is_detection(
         assert (verdict.outcome, verdict.reason) == ("Detection", reason)
 
 
-def test_a_grasp_beside_the_thing_is_detection_unless_it_succeeds() -> None:
+def test_a_grasp_beside_the_object_is_detection_unless_it_succeeds() -> None:
     episode = an_episode([a_sighting(away=0.09)], [a_grasp(MISSED, None, away=0.09)])
     verdict = judge(an_object(), PLACE, episode, 0.04)
     assert verdict.outcome == "Detection"
@@ -89,7 +89,7 @@ def test_a_wrong_name_is_no_failure_if_the_grasp_succeeds() -> None:
         assert (verdict.outcome, verdict.seen_as) == (expected, "orange")
 
 
-def test_what_was_seen_but_not_asked_for_is_the_language_models() -> None:
+def test_what_was_seen_but_not_requested_is_the_language_models() -> None:
     verdict = judge(an_object(), PLACE, an_episode([a_sighting()]), 0.04)
     assert (verdict.outcome, verdict.order) == ("LLM", 0)
     late = an_episode([a_sighting()], problem="timeout: no answer in time")
@@ -107,7 +107,7 @@ def test_the_first_of_several_grasps_counts_and_its_own_before_one_meant_for_it(
     assert (verdict.outcome, verdict.order) == ("Slipped", 2)
 
 
-def test_another_thing_of_the_row_does_not_count() -> None:
+def test_another_object_of_the_row_does_not_count() -> None:
     other = an_object("orange")
     episode = an_episode([a_sighting()], [a_grasp(SUCCEEDED, other, "orange")])
     assert judge(an_object(), PLACE, episode, 0.04).outcome == "LLM"

@@ -12,7 +12,7 @@ import pytest
 from pipeline.config import compose
 from pipeline.data.rows import RowCheckpoint
 from pipeline.embodiment.series import AgentSeries
-from pipeline.engine.errors import EngineError
+from pipeline.errors import EngineError
 from pipeline.grasping import ablation, series
 from pipeline.grasping.ablation import Study
 from pipeline.grasping.series import Series
@@ -20,7 +20,7 @@ from pipeline.stages import grasp_units
 from pipeline.stages.grasp_units import run_units
 
 CONFIG = compose(["profile=smoke", "robot=nico", "experiment=grasp_solver", "grasp.trials=5"])
-ROW = 3  # things on a row
+ROW = 3  # objects on a row
 
 
 def trial(config: Any, robot: Any, solver: Any, number: int, *rest: Any) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The seam: results in order, failures told in a sentence, deaths that take nothing else along."""
+"""The seam of the engines: results in order, failures as a sentence, deaths that spare others."""
 
 from __future__ import annotations
 
@@ -17,27 +17,22 @@ import pytest
 from pipeline.config import compose
 from pipeline.engine.config import EngineConfig
 from pipeline.engine.cores import usable_cores
-from pipeline.engine.errors import EngineError, TaskFault
 from pipeline.engine.running import fans_out, one_machine, run_tasks, threads_of, try_tasks
-from pipeline.errors import ConfigError, PipelineError
+from pipeline.engine.task import TaskFault
+from pipeline.errors import ConfigError, EngineError, PipelineError
 from tests import engine_tasks
 
 PROCESSES = ["engine=local", "engine.workers=2", "engine.cpus=1"]
-JOBLIB = ["engine=joblib", "engine.workers=2"]
 DEBUG = ["engine=slurm", "engine.cluster=debug", "engine.workers=2"]
-needs_joblib = pytest.mark.skipif(
-    importlib.util.find_spec("joblib") is None, reason="joblib is not installed (extra cluster)"
-)
 needs_submitit = pytest.mark.skipif(
     importlib.util.find_spec("submitit") is None, reason="submitit is not installed (extra cluster)"
 )
 ENGINES = [
     pytest.param(["engine=local"], id="here"),
     pytest.param(PROCESSES, id="processes"),
-    pytest.param(JOBLIB, id="joblib", marks=needs_joblib),
     pytest.param(DEBUG, id="submitit", marks=needs_submitit),
 ]
-APART = ENGINES[1:3]
+APART = ENGINES[1:2]
 
 
 @cache
@@ -51,17 +46,17 @@ def engine(arguments: list[str], folder: Path) -> EngineConfig:
 
 @pytest.mark.parametrize("arguments", ENGINES)
 def test_results_stand_in_the_order_of_the_tasks(arguments: list[str], tmp_path: Path) -> None:
-    told: dict[int, int] = {}
+    finished: dict[int, int] = {}
     where = engine(arguments, tmp_path)
-    results = run_tasks(where, engine_tasks.square, range(5), told.__setitem__)
+    results = run_tasks(where, engine_tasks.square, range(5), finished.__setitem__)
     assert results == [0, 1, 4, 9, 16]
-    assert told == dict(enumerate(results))
+    assert finished == dict(enumerate(results))
     assert run_tasks(where, engine_tasks.square, []) == []
     assert not list(tmp_path.rglob("*")), "what travelled is left behind"
 
 
 @pytest.mark.parametrize("arguments", APART)
-def test_tasks_leave_this_process_and_get_the_threads_that_were_asked_for(
+def test_tasks_leave_this_process_and_get_the_threads_that_were_requested(
     arguments: list[str], tmp_path: Path
 ) -> None:
     where = engine(arguments, tmp_path)
@@ -114,13 +109,7 @@ def test_a_worker_that_is_killed_while_it_waits_is_replaced(tmp_path: Path) -> N
     assert processes.count(processes[0]) == 1
 
 
-@needs_joblib
-def test_a_killed_worker_of_joblib_is_told(tmp_path: Path) -> None:
-    with pytest.raises(EngineError, match="a worker process died"):
-        run_tasks(engine(JOBLIB, tmp_path), engine_tasks.die_at_one, range(5))
-
-
-def test_what_cannot_travel_is_told_and_not_waited_for(tmp_path: Path) -> None:
+def test_what_cannot_travel_is_reported_and_not_waited_for(tmp_path: Path) -> None:
     with pytest.raises(TaskFault, match="pickle"):
         run_tasks(engine(PROCESSES, tmp_path), engine_tasks.unpicklable, range(2))
 
@@ -172,7 +161,7 @@ def test_where_tasks_run_and_on_how_many_threads() -> None:
         (["engine=slurm", "engine.cluster=lokal"], "engine.cluster must be one of slurm, local"),
         (["engine=slurm", "engine.minutes=0"], "engine.minutes must be greater than 0"),
         (["engine=ray", "engine.address=''"], "engine.address must be local"),
-        (["engine.name=dask"], "local, joblib, slurm, ray"),
+        (["engine.name=dask"], "local, slurm, ray"),
     ],
 )
 def test_settings_that_cannot_be_are_refused(overrides: list[str], words: str) -> None:
@@ -189,9 +178,7 @@ def test_a_cluster_that_is_not_there_is_a_sentence(
         run_tasks(engine(["engine=slurm"], tmp_path), engine_tasks.square, range(2))
 
 
-@pytest.mark.parametrize(
-    ("arguments", "name"), [(JOBLIB, "joblib"), (DEBUG, "submitit"), (["engine=ray"], "ray")]
-)
+@pytest.mark.parametrize(("arguments", "name"), [(DEBUG, "submitit"), (["engine=ray"], "ray")])
 def test_a_missing_extra_is_a_sentence(
     arguments: list[str], name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,8 +10,8 @@ import pytest
 from pipeline.config import compose
 from pipeline.engine import submitit_jobs
 from pipeline.engine.config import EngineConfig
-from pipeline.engine.errors import EngineError
 from pipeline.engine.running import run_tasks, try_tasks
+from pipeline.errors import EngineError
 from tests import engine_tasks
 
 pytest.importorskip("submitit", reason="submitit is not installed (extra cluster)")
@@ -68,11 +68,11 @@ def cluster(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> EngineConfig:
 
 def test_tasks_become_one_array_of_jobs(cluster: EngineConfig, tmp_path: Path) -> None:
     assert run_tasks(cluster, engine_tasks.square, range(5), title="grasp") == [0, 1, 4, 9, 16]
-    told = (tmp_path / "submitted.sh").read_text(encoding="utf-8").splitlines()
+    script = (tmp_path / "submitted.sh").read_text(encoding="utf-8").splitlines()
     wanted = ("array=0-2%3", "cpus-per-task=2", "job-name=grasp", "partition=short", "time=7")
     for line in (*wanted, "account=robotics"):
-        assert f"#SBATCH --{line}" in told
-    assert "module load python" in told
+        assert f"#SBATCH --{line}" in script
+    assert "module load python" in script
     assert not (tmp_path / "results").exists() or not list((tmp_path / "results").rglob("*.pkl"))
 
 

@@ -9,9 +9,9 @@ from scripted import OneByOne, Scripted, task
 
 import baselines
 from baselines import Solution, Solver
-from pipeline.evaluation.identity import solver_identity
-from pipeline.evaluation.naming import row_name, solver_of_rows
-from pipeline.evaluation.runner import cache_key, evaluate_solver, plan_chunks
+from pipeline.evaluation.cache import cache_key, solver_identity
+from pipeline.evaluation.config import row_name, solver_of_rows
+from pipeline.evaluation.runner import evaluate_solver, plan_chunks
 
 
 class Seeder(Solver):

@@ -4,7 +4,7 @@ import pytest
 
 from baselines import SkippedSolver, UnknownSolverError
 from pipeline.config import compose
-from pipeline.stages import run_stage
+from pipeline.stages.running import run_stage
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from pipeline.evaluation.sampling import (
     sampler_of,
     spread,
 )
-from pipeline.solvers import load_solver
+from pipeline.loading import load_solver
 from robots import Robot, load_robot
 
 CONFIG = SampleConfig(solver="drawn", poses=2, samples=6, seed=5, postures=2, pictured=0)

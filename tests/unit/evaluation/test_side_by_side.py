@@ -10,9 +10,9 @@ from pipeline.evaluation.side_by_side import EvaluationJob, jobs_in_turns, run_j
 
 def test_robots_begin_with_other_solvers_and_unpinned_jobs_come_last():
     jobs = jobs_in_turns(["a", "b", "c"], ["x", "y"], ["y"])
-    told = [str(job) for job in jobs]
-    assert told[:6] == ["a x", "a y", "b y", "b x", "c x", "c y"]
-    assert told[6:] == ["a y unpinned", "b y unpinned", "c y unpinned"]
+    names = [str(job) for job in jobs]
+    assert names[:6] == ["a x", "a y", "b y", "b x", "c x", "c y"]
+    assert names[6:] == ["a y unpinned", "b y unpinned", "c y unpinned"]
     assert len({job.file_name for job in jobs}) == len(jobs)
 
 
@@ -37,7 +37,7 @@ def test_every_job_runs_once_and_a_failure_stops_no_other(tmp_path):
     ("argument", "words"),
     [
         ("robot=panda", "takes robots="),
-        ("--fast", "takes robots="),
+        ("--fast", "no option '--fast'"),
         ("processes=0", "whole number from 1"),
         ("numerical=[placco]", "did you mean 'placo'"),
         ("robots=[pandaa]", "did you mean 'panda'"),

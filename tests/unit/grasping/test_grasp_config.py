@@ -11,7 +11,7 @@ from robots import load_robot
 GRASP = compose(["profile=smoke"]).grasp
 
 
-def test_every_scene_is_of_a_robot_with_a_hand_and_of_known_things():
+def test_every_scene_is_of_a_robot_with_a_hand_and_of_known_objects():
     for name, scene in GRASP.scenes.items():
         assert load_robot(name).description.hand is not None
         assert set(scene.objects) <= set(GRASP.objects)

@@ -7,9 +7,10 @@ from pybullet_utils.bullet_client import BulletClient
 from pipeline.config import compose
 from pipeline.grasping.config import BinConfig
 from pipeline.grasping.scene import inside
-from pipeline.grasping.shapes import make_bin, make_object, make_table
+from pipeline.grasping.shapes import extent, make_bin, make_object, make_table
 
 GRASP = compose(["profile=smoke"]).grasp
+LEFT = np.array([0.0, 1.0, 0.0])  # of the robot
 
 
 @pytest.fixture
@@ -20,7 +21,7 @@ def client():
 
 
 @pytest.mark.parametrize("name", GRASP.objects)
-def test_a_thing_is_as_high_as_it_says_and_stays_where_it_is_laid(client, name):
+def test_an_object_is_as_high_as_it_says_and_stays_where_it_is_laid(client, name):
     obj, scene = GRASP.objects[name], GRASP.scenes["panda"]
     client.setGravity(0, 0, -9.81)
     client.setPhysicsEngineParameter(fixedTimeStep=1 / 240, numSolverIterations=100)
@@ -46,7 +47,7 @@ def test_a_thing_is_as_high_as_it_says_and_stays_where_it_is_laid(client, name):
         ("orange", 47, (73, 73, 73)),
     ],
 )
-def test_household_things_have_their_published_size(client, name, grams, millimetres):
+def test_household_objects_have_their_published_size(client, name, grams, millimetres):
     obj = GRASP.objects[name]
     assert np.isclose(1e3 * obj.mass, grams)
     body = make_object(client, obj, (0.0, 0.0), 0.0, 0.0)
@@ -71,3 +72,13 @@ def test_beside_above_and_below_a_bin_is_not_inside():
     assert inside(box, [0.3, -0.2, 0.55])
     for outside in ([0.3, -0.05, 0.55], [0.45, -0.2, 0.55], [0.3, -0.2, 0.65], [0.3, -0.2, 0.45]):
         assert not inside(box, outside)
+
+
+def test_extents_of_primitives_by_hand() -> None:
+    banana, can, pear = (GRASP.objects[name] for name in ("banana", "soup_can", "pear"))
+    low, high = extent(banana, np.pi / 2, LEFT)
+    # Two bent ends: 53.5 mm out, half of 50 mm at 25 deg, and the radius of 16 mm.
+    assert_allclose(high - low, 2 * (0.0535 + 0.025 * np.cos(np.deg2rad(25)) + 0.016))
+    assert_allclose(extent(can, 1.0, LEFT), (-0.033, 0.033))
+    assert_allclose(extent(pear, np.pi / 2, LEFT), (-0.033, 0.034 + 0.015 + 0.018))
+    assert_allclose(extent(pear, -np.pi / 2, LEFT)[0], -(0.034 + 0.015 + 0.018))

@@ -4,7 +4,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from pipeline.config import compose
-from pipeline.grasping.errors import GraspError
+from pipeline.errors import GraspError
 from pipeline.grasping.grip import tip_pose, tip_yaw
 from pipeline.grasping.outcome import NOT_GRASPED, SLIPPED, SUCCESS, GraspReport, classify
 from pipeline.grasping.trial import trial_setup
@@ -21,7 +21,7 @@ def test_a_trial_is_fixed_by_its_number_and_seed():
 
 
 @pytest.mark.parametrize("robot", GRASP.scenes)
-def test_every_row_has_every_thing_once_spread_over_the_width(robot):
+def test_every_row_has_every_object_once_spread_over_the_width(robot):
     scene = GRASP.scenes[robot]
     count = len(scene.objects)
     rows = round((scene.area.x[1] - scene.area.x[0]) / scene.area.row_step) + 1
@@ -50,7 +50,7 @@ def test_a_robot_without_scene_is_named():
 
 
 @pytest.mark.parametrize("robot", GRASP.scenes)
-def test_the_grip_puts_the_thing_at_its_offset_from_above(robot):
+def test_the_grip_puts_the_object_at_its_offset_from_above(robot):
     scene = GRASP.scenes[robot]
     place = np.array([0.4, -0.1, scene.table.height + 0.2])
     pose = tip_pose(scene, place, 0.0, 0.0)

@@ -7,6 +7,7 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
+from pipeline.learning.config import ModelConfig
 from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.cycleik.experts_kernel import (
     answer_rows,
@@ -14,7 +15,6 @@ from pipeline.learning.cycleik.experts_kernel import (
     compiled_experts,
 )
 from pipeline.learning.networks import matrix_pose
-from pipeline.settings import ModelConfig
 from robots import Robot, load_robot
 
 # Neither a multiple of four rows nor of eight neurons, so that all padding is met.

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import torch
 
-from pipeline.config import compose, to_dict
+from pipeline.config import compose
+from pipeline.containers import to_dict
 from pipeline.data.dataset import PoseSet
 from pipeline.learning.factory import build_network, make_objective
 from pipeline.learning.networks import parameter_count
@@ -18,8 +19,8 @@ from pipeline.learning.null_space.objective import NullSpaceObjective, variance_
 from pipeline.learning.null_space.solver import NullSpaceIk
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.learning.weights import chain_facts, save_weights
+from pipeline.loading import load_solver
 from pipeline.settings import Config
-from pipeline.solvers import load_solver
 from robots import Robot, load_robot
 
 CPU = torch.device("cpu")

@@ -56,7 +56,7 @@ def test_a_rounded_backward_pass_leaves_the_output_alone() -> None:
     assert away(slope, straight) < 0.01
 
 
-def test_a_machine_that_rounds_is_told_not_to(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_machine_that_rounds_is_reported_not_to(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(precision, "_is_exact", lambda shape, batch: shape != (512, 256))
     products = MatmulPrecision("float32", network(), BATCH, CPU)
     assert (products.forward, products.backward) == (HIGHEST, HIGHEST)

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 
-from pipeline.config import compose, to_dict
+from pipeline.config import compose
+from pipeline.containers import to_dict
+from pipeline.errors import ConfigError
 from pipeline.learning.cycleik.solver import CycleIk
 from pipeline.learning.factory import build_network
 from pipeline.learning.networks import IkNetwork
-from pipeline.learning.weights import WeightsError, chain_facts, load_network, save_weights
-from pipeline.solvers import find_weights, models_of
+from pipeline.learning.weights import (
+    WEIGHTS,
+    WeightsError,
+    chain_facts,
+    load_network,
+    save_weights,
+    shipped_weights,
+)
+from pipeline.loading import find_weights, load_solver
+from pipeline.solvers import models_of
 from robots import Robot, load_robot
 
 
@@ -94,19 +105,51 @@ def test_the_solver_takes_the_best_hypothesis_and_claims_what_is_true(
     assert len(solver.solve(np.empty((0, 7)))) == 0
 
 
-def test_a_solver_takes_weights_of_its_own_kinds_only(
+def keep(folder: Path, robot: Robot, kind: str, **model: object) -> Path:
+    """Weights of one layer with a card of a network of some kind."""
+    card = {**chain_facts(robot), "config": {"model": {"kind": kind, **model}}}
+    save_weights(folder, torch.nn.Linear(1, 1), card)
+    return folder
+
+
+def test_weights_of_another_kind_are_refused(tmp_path: Path, robot: Robot) -> None:
+    folder = keep(tmp_path, robot, "another")
+    with pytest.raises(WeightsError, match="kind 'another', expected one of mlp"):
+        load_network(folder, robot, models_of("cycleik")[0])
+
+
+def test_those_of_the_own_profile_come_first_then_the_projects_and_no_others(
     tmp_path: Path, robot: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipeline.solvers.RESULTS", tmp_path)
-    folder = tmp_path / "quick" / "train" / "panda"
-    for name, kind in (("a", "another"), ("tiny", "mlp")):
-        save_weights(folder / name, torch.nn.Linear(1, 1), {"config": {"model": {"kind": kind}}})
-    kinds, model = models_of("cycleik")
-    assert find_weights("panda", kinds, model) == folder / "tiny"
-    assert find_weights("panda", ("another",), model) == folder / "a"
-    with pytest.raises(WeightsError, match=r"kind other for panda; train .* model=some"):
-        find_weights("panda", ("other",), "some")
-    card = {**chain_facts(robot), "config": {"model": {"kind": "another"}}}
-    save_weights(folder / "a", torch.nn.Linear(1, 1), card)
-    with pytest.raises(WeightsError, match="kind 'another', expected one of mlp"):
-        load_network(folder / "a", robot, kinds)
+    monkeypatch.setattr("pipeline.loading.results", lambda: tmp_path)
+    shipped = shipped_weights("panda")
+    toy = keep(tmp_path / "smoke" / "train" / "panda" / "tiny", robot, "mlp")
+    keep(tmp_path / "quick" / "train" / "panda" / "small_mlp", robot, "mlp")
+    assert find_weights("cycleik", robot) == shipped, "neither a toy nor another experiment's"
+    assert find_weights("cycleik", robot, profile="smoke") == toy
+    assert find_weights("cycleik", robot, profile="paper") == shipped
+    keep(tmp_path / "quick" / "train" / "panda" / "compact", robot, "flow")
+    assert find_weights("cycleik", robot) == shipped, "of another kind"
+    own = keep(tmp_path / "quick" / "train" / "panda" / "compact", robot, "experts")
+    assert find_weights("cycleik", robot) == own
+    with pytest.raises(WeightsError, match=r"kind flow for panda.*model=flow profile=quick"):
+        find_weights("flow", robot)
+    with pytest.raises(ConfigError, match="did you mean 'quick'"):
+        find_weights("cycleik", robot, profile="quik")
+
+
+def test_the_weights_that_are_named_are_taken_and_the_solver_says_which(
+    tmp_path: Path, robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipeline.loading.results", lambda: tmp_path)
+    shipped = shipped_weights("panda")
+    assert load_solver("cycleik", robot).weights == shipped
+    copy = tmp_path / "mine"
+    shutil.copytree(shipped, copy)
+    for named in (copy, str(copy), copy / WEIGHTS):
+        assert load_solver("cycleik", robot, weights=named).weights == copy
+    assert load_solver("lm", robot).weights is None
+    with pytest.raises(ConfigError, match="'lm' is not neural"):
+        load_solver("lm", robot, weights=copy)
+    with pytest.raises(WeightsError, match="no trained weights in"):
+        load_solver("cycleik", robot, weights=tmp_path / "nothing")

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
 from pipeline.config import compose
-from pipeline.perception.detection import Detection
-from pipeline.perception.embedded import EmbeddedDetector, as_input, decode, overlap
-from pipeline.perception.errors import PerceptionError
+from pipeline.errors import PerceptionError
+from pipeline.perception.config import AugmentConfig, PerceptionConfig
+from pipeline.perception.detection import Detection, overlap
+from pipeline.perception.embedded import EmbeddedDetector, as_input, decode
 from pipeline.perception.network import CentreNetwork
 from pipeline.perception.studio import Label
 from pipeline.perception.targets import loss, targets_of
 from pipeline.perception.training import SWAPPED, augmented
-from pipeline.perception.training_config import AugmentConfig
 
 NAMES, SIZE, SCALE = ("pear", "orange"), (320, 240), 0.5  # labels of pictures twice as large
-CONFIG = compose().detector
+CONFIG, PERCEPTION = compose().detector, compose().perception
 
 
 def label(name: str, box: tuple[float, ...], centroid: tuple[float, float]) -> Label:
@@ -31,6 +33,11 @@ LABELS = [
 ]
 
 
+def reporting(threshold: float, **limits: float) -> PerceptionConfig:
+    """Which detections are reported."""
+    return replace(PERCEPTION, threshold=threshold, **limits)
+
+
 def answer(labels: list[Label]) -> tuple[torch.Tensor, torch.Tensor]:
     """What a perfect network would say."""
     targets = targets_of(labels, NAMES, SIZE, SCALE, CONFIG.heatmap_sigma)
@@ -39,7 +46,7 @@ def answer(labels: list[Label]) -> tuple[torch.Tensor, torch.Tensor]:
 
 
 def test_a_perfect_answer_decodes_to_the_labels() -> None:
-    found = decode(*answer(LABELS), NAMES, 0.5, 1 / SCALE)
+    found = decode(*answer(LABELS), NAMES, 1 / SCALE, reporting(0.5))
     assert len(found) == len(LABELS)
     for each in LABELS:
         near = [f for f in found if np.hypot(*np.subtract(f.centroid, each.centroid)) < 1e-3]
@@ -47,16 +54,24 @@ def test_a_perfect_answer_decodes_to_the_labels() -> None:
         assert near[0].box == pytest.approx(each.box, abs=1e-3)
 
 
-def test_two_things_in_neighbouring_cells_are_told_apart_by_class() -> None:
+def test_two_objects_in_neighbouring_cells_are_reported_apart_by_class() -> None:
     near = label("orange", (150.0, 104.0, 190.0, 144.0), (170.0, 124.0))
-    found = decode(*answer([LABELS[0], near]), NAMES, 0.5, 1 / SCALE)
+    found = decode(*answer([LABELS[0], near]), NAMES, 1 / SCALE, reporting(0.5))
     assert {f.name for f in found} == {"pear", "orange"}
 
 
-def test_of_two_classes_for_one_thing_the_surer_stays() -> None:
+def test_only_the_highest_scores_are_reported_and_boxes_that_overlap_less_stay_apart() -> None:
+    assert len(decode(*answer(LABELS), NAMES, 1 / SCALE, reporting(0.5, max_detections=1))) == 1
     logits, offsets = answer(LABELS[:1])
     logits[1] = logits[0] - 1.0
-    (found,) = decode(logits, offsets, NAMES, 0.3, 1 / SCALE)
+    both = decode(logits, offsets, NAMES, 1 / SCALE, reporting(0.3, merge_overlap=1.0))
+    assert {each.name for each in both} == {"pear", NAMES[1]}
+
+
+def test_of_two_classes_for_one_object_the_surer_stays() -> None:
+    logits, offsets = answer(LABELS[:1])
+    logits[1] = logits[0] - 1.0
+    (found,) = decode(logits, offsets, NAMES, 1 / SCALE, reporting(0.3))
     assert found.name == "pear"
 
 
@@ -112,7 +127,7 @@ def test_augmentation_is_drawn_from_its_seed_and_none_is_none() -> None:
     ],
 )
 def test_other_pictures_are_refused(image: np.ndarray, words: str) -> None:
-    detector = EmbeddedDetector(CentreNetwork(NAMES, CONFIG.network).eval(), 0.3)
+    detector = EmbeddedDetector(CentreNetwork(NAMES, CONFIG.network).eval(), reporting(0.3))
     with pytest.raises(PerceptionError, match=words):
         detector.detect(image)
 
@@ -125,7 +140,7 @@ def test_a_picture_is_reduced_by_the_mean_of_its_pixels() -> None:
 
 def test_an_untrained_network_sees_nothing() -> None:
     torch.manual_seed(0)
-    detector = EmbeddedDetector(CentreNetwork(NAMES, CONFIG.network).eval(), 0.3)
+    detector = EmbeddedDetector(CentreNetwork(NAMES, CONFIG.network).eval(), reporting(0.3))
     found = detector.detect(np.full((480, 640, 3), 120, np.uint8))
     assert all(isinstance(each, Detection) for each in found)
     assert not found

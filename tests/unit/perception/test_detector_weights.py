@@ -10,11 +10,10 @@ import pytest
 import torch
 
 from pipeline.config import compose
-from pipeline.perception.config import PerceptionConfig
-from pipeline.perception.errors import PerceptionError
+from pipeline.errors import PerceptionError
+from pipeline.perception.config import NetworkConfig, PerceptionConfig
 from pipeline.perception.loading import load_detector
 from pipeline.perception.network import CentreNetwork
-from pipeline.perception.training_config import NetworkConfig
 from pipeline.perception.weights import CARD, WEIGHTS, halved, load_centre_network, save_detector
 from robots import load_robot
 
@@ -26,8 +25,8 @@ def saved(folder: Path, network: CentreNetwork | None = None, **card: Any) -> Pa
     torch.manual_seed(0)
     network = network or CentreNetwork(NAMES, SMALL)
     facts = {"width": 64, "height": 48, "channels": [4, 4, 8, 8]}
-    told = {"robot": "nico", "names": NAMES, "config": {"detector": {"network": facts}}}
-    save_detector(folder, network, {**told, **card})
+    facts_of_card = {"robot": "nico", "names": NAMES, "config": {"detector": {"network": facts}}}
+    save_detector(folder, network, {**facts_of_card, **card})
     return folder
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from pipeline.config import compose
+from pipeline.errors import PerceptionError
 from pipeline.perception.camera import EyeCamera, dimmed, mounted, take_picture
 from pipeline.perception.config import PerturbationConfig
-from pipeline.perception.errors import PerceptionError
 from pipeline.perception.layout import Laid
 from pipeline.perception.studio import Studio
 from robots import load_robot
@@ -66,7 +66,7 @@ def test_a_shift_moves_the_place_as_far_where_it_is_level() -> None:
     assert moved == pytest.approx(-0.01 * across, abs=1e-3)
 
 
-def test_nothing_is_wrong_unless_asked_for(studio: Studio) -> None:
+def test_nothing_is_wrong_unless_requested(studio: Studio) -> None:
     camera = EyeCamera(studio.scene.robot, EYE, NOTHING)
     assert (camera.actual.pose == camera.believed.pose).all()
     assert camera.config == EYE
@@ -84,7 +84,7 @@ def test_lighting_makes_the_picture_darker_and_turns_the_shadows(studio: Studio)
     assert dimmed(EYE, 0.0) == EYE
 
 
-def test_robots_without_an_eye_are_told_what_is_missing() -> None:
+def test_robots_without_an_eye_are_reported_what_is_missing() -> None:
     with pytest.raises(PerceptionError, match="'panda' has no camera"):
         mounted(load_robot("panda"))
 

@@ -27,7 +27,7 @@ def rows(*found: Detection, labels: list[Label] | None = None) -> pd.DataFrame:
     return pd.DataFrame(match(found, labels or [TRUE], CAMERA, 0.5))
 
 
-def test_a_found_thing_has_its_error_in_metres_and_pixels() -> None:
+def test_a_found_object_has_its_error_in_metres_and_pixels() -> None:
     (row,) = rows(seen(u=323.0, v=236.0)).to_dict("records")
     assert (row["kind"], row["name"]) == ("found", "pear")
     assert row["pixel_error"] == pytest.approx(5.0)
@@ -37,9 +37,9 @@ def test_a_found_thing_has_its_error_in_metres_and_pixels() -> None:
 
 
 def test_another_class_a_far_box_and_a_second_box_are_false() -> None:
-    told = rows(seen("orange"), seen(u=400.0), seen(score=0.8), seen(score=0.7))
-    assert sorted(told.kind) == ["false", "false", "false", "found"]
-    assert told[told.kind == "found"].score.item() == 0.8
+    detected = rows(seen("orange"), seen(u=400.0), seen(score=0.8), seen(score=0.7))
+    assert sorted(detected.kind) == ["false", "false", "false", "found"]
+    assert detected[detected.kind == "found"].score.item() == 0.8
     assert sorted(rows(seen("orange")).kind) == ["false", "missed"]
 
 
@@ -51,21 +51,21 @@ def test_a_centroid_that_looks_at_the_sky_has_no_place() -> None:
 
 
 def test_average_precision_by_hand() -> None:
-    told = pd.DataFrame(
+    detected = pd.DataFrame(
         {
             "kind": ["found", "false", "found", "missed"],
             "score": [0.9, 0.8, 0.7, 0.0],
         }
     )
-    # Three things: precision 1 up to a recall of 1/3, then 2/3 up to 2/3, then nothing.
-    assert average_precision(told) == pytest.approx(1 / 3 + 2 / 3 * 1 / 3)
-    assert average_precision(told[told.kind == "missed"]) == 0.0
-    assert average_precision(told[:1]) == 1.0
+    # Three objects: precision 1 up to a recall of 1/3, then 2/3 up to 2/3, then nothing.
+    assert average_precision(detected) == pytest.approx(1 / 3 + 2 / 3 * 1 / 3)
+    assert average_precision(detected[detected.kind == "missed"]) == 0.0
+    assert average_precision(detected[:1]) == 1.0
 
 
 def test_a_summary_counts_only_what_is_sure_enough() -> None:
-    told = rows(seen(score=0.2), seen("orange", 0.9)).assign(picture=0)
-    low, high = summary(told, 0.1), summary(told, 0.5)
+    detected = rows(seen(score=0.2), seen("orange", 0.9)).assign(picture=0)
+    low, high = summary(detected, 0.1), summary(detected, 0.5)
     assert (low["precision"], low["recall"]) == (0.5, 1.0)
     assert (high["precision"], high["recall"]) == (0.0, 0.0)
     assert high["position_error_mm"] is None

@@ -1,4 +1,4 @@
-"""Labels of hand-placed things, random layouts, and chunks that can be made again."""
+"""Labels of hand-placed objects, random layouts, and chunks that can be made again."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import pytest
 
 from pipeline.config import compose
 from pipeline.perception.camera import mounted
+from pipeline.perception.config import TEXTURES
 from pipeline.perception.layout import Laid, footprint, lay_out, lit, moved
 from pipeline.perception.pictures import Chunk, labels_path, render_chunk, render_pictures
 from pipeline.perception.studio import Studio
 from pipeline.perception.textures import pattern
-from pipeline.perception.training_config import TEXTURES
 
 CONFIG = compose(["perception=camera"])
 EYE, DETECTOR = CONFIG.perception.eye, CONFIG.detector
@@ -40,7 +40,7 @@ def test_a_ball_is_labelled_where_it_lies(studio: Studio) -> None:
 
 
 def test_what_is_hidden_has_no_label(studio: Studio) -> None:
-    """A thing below the table's edge, out of the picture, is not labelled."""
+    """An object below the table's edge, out of the picture, is not labelled."""
     scene = studio.scene.config
     names = scene.objects[:2]
     seen = (float(np.mean(scene.area.x)), float(np.mean(scene.area.y)))

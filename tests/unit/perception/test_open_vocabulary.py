@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pipeline.config import compose
-from pipeline.perception.errors import PerceptionError
+from pipeline.errors import PerceptionError
 from pipeline.perception.loading import load_detector
 from robots import load_robot
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.perception.errors import PerceptionError
+from pipeline.errors import PerceptionError
 from pipeline.perception.pinhole import Pinhole
 
 EYE, TARGET = np.array([0.1, -0.05, 0.95]), np.array([0.35, -0.2, 0.5])

@@ -105,7 +105,7 @@ def test_written_urdf_reads_back_the_same(two_link_urdf: Path, tmp_path: Path) -
             ]
 
 
-def test_odd_but_usable_things_are_noted(mixed) -> None:  # type: ignore[no-untyped-def]
+def test_odd_but_usable_objects_are_noted(mixed) -> None:  # type: ignore[no-untyped-def]
     assert mixed.urdf.notes == (
         "joint 'stuck' has limits of zero width and is treated as fixed at 0.25",
     )

@@ -14,7 +14,6 @@ import pytest
 from pipeline.config import compose
 from pipeline.errors import ConfigError
 from pipeline.speech import SpeechError, load_recogniser, load_synthesiser
-from pipeline.speech.available import missing_parts
 from pipeline.speech.config import MicrophoneConfig, WhisperConfig
 from pipeline.speech.microphone import BLOCK_S, RATE, Utterance
 from pipeline.speech.sound import read_sound, write_sound
@@ -91,12 +90,12 @@ def test_an_utterance_ends_with_silence_or_at_last():
         assert not heard.ended
     heard.add(quiet)
     assert heard.ended
-    assert heard.spoken
+    assert heard.has_speech
     assert heard.samples.shape == (20 * int(BLOCK_S * RATE),)
     silent = Utterance(config)
     while not silent.ended:
         silent.add(quiet)
-    assert not silent.spoken
+    assert not silent.has_speech
     assert len(silent.samples) == 3 * RATE
 
 
@@ -213,10 +212,3 @@ def test_each_synthesiser_speaks_with_a_voice_of_its_own(kind, voice, tmp_path, 
     samples = read_sound(tmp_path / "said.wav", 16000)
     assert 0.5 < len(samples) / 16000 < 4.0
     assert np.abs(samples).max() > 0.05
-
-
-def test_the_doctor_knows_what_is_missing(monkeypatch, tmp_path):
-    monkeypatch.setenv("PATH", str(tmp_path))
-    assert "apt-get install flite" in missing_parts()["speech.synthesiser=flite"]
-    monkeypatch.setattr("pipeline.speech.available.find_spec", lambda name: None)
-    assert "pip install .[agent]" in missing_parts()["agent=endpoint"]

@@ -1,4 +1,4 @@
-"""Spoken instructions: said to a file, recognised, understood; nine of ten come out right."""
+"""Instructions as speech in a file, recognised and understood; nine of ten come out right."""
 
 from __future__ import annotations
 

@@ -82,14 +82,14 @@ def test_the_best_of_a_search_for_another_kind_of_model_is_refused(tmp_path: Pat
     config = compose([*SMOKE, "tune.comparison.candidates=[best,default,table_one]"])
     best = tmp_path / "best.yaml"
     write_text(best, "train: {learning_rate: 0.02}\nmodel: {hidden: [96]}\nof: {kind: mlp}\n")
-    found, plain, paper = load_candidates(config, best)
+    found, plain, paper = load_candidates(config, best, compose)
     assert (found.train.learning_rate, found.model.hidden) == (0.02, [96])
     assert (plain.train, plain.model) == (config.train, config.model)
     assert paper.model.hidden == config.robot.table_one.hidden
     assert paper.train.learning_rate == config.robot.table_one.learning_rate
     write_text(best, "train: {}\nmodel: {}\nof: {kind: experts, model: compact}\n")
     with pytest.raises(PipelineError, match="set model=compact"):
-        load_candidates(config, best)
+        load_candidates(config, best, compose)
 
 
 def test_welchs_interval_is_the_one_of_the_book() -> None:

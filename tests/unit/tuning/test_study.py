@@ -231,9 +231,9 @@ def test_a_finished_journal_is_put_away_and_taken_up_again(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("url", ["postgresql://me:secret@host:port/studies", "postgresql+"])
-def test_an_address_that_cannot_be_read_is_told_without_its_password(
+def test_an_address_that_cannot_be_read_is_reported_without_its_password(
     tmp_path: Path, url: str
 ) -> None:
-    with pytest.raises(PipelineError, match="cannot open the database") as told:
+    with pytest.raises(PipelineError, match="cannot open the database") as caught:
         open_store(url, tmp_path / "journal.log", 20)
-    assert "secret" not in str(told.value)
+    assert "secret" not in str(caught.value)

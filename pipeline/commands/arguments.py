@@ -1,0 +1,74 @@
+"""Arguments of commands: argparse, with bad input as one sentence in place of a page of usage."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from pipeline.errors import PipelineError
+from robots.suggestions import unknown_name
+
+PROGRAM = "python -m pipeline"
+
+
+class CommandParser(argparse.ArgumentParser):
+    """A parser whose errors are `PipelineError`: one sentence and the usage.
+
+    Options may stand before, between and after overrides.
+    """
+
+    def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
+        """Parse all arguments; ``--help`` prints and raises `SystemExit`.
+
+        Raises:
+            PipelineError: An option that does not exist, or an argument too few or too many.
+        """
+        parsed, rest = self.parse_known_intermixed_args(arguments)
+        for argument in rest:
+            if argument.startswith("-"):
+                options = [name for action in self._actions for name in action.option_strings]
+                raise PipelineError(unknown_name("option", argument, options))
+            self.error(f"unexpected argument '{argument}'")
+        return parsed
+
+    def takes_overrides(self) -> CommandParser:
+        """Take overrides of the configuration, as ``overrides``, after all other arguments."""
+        self.add_argument(
+            "overrides",
+            nargs="*",
+            metavar="key=value",
+            help="overrides of the configuration, such as robot=nico or profile=smoke",
+        )
+        return self
+
+    def error(self, message: str) -> NoReturn:
+        """Raise the problem as one sentence.
+
+        Raises:
+            PipelineError: Always.
+        """
+        raise PipelineError(f"{message}; {' '.join(self.format_usage().split())}")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Refuse a value that is not among the choices, with the nearest one."""
+        if action.choices is not None and value not in action.choices:
+            kind = str(action.metavar or action.dest)
+            raise PipelineError(unknown_name(kind, str(value), map(str, action.choices)))
+
+
+def command_parser(command: str, description: str, add_help: bool = True) -> CommandParser:
+    """Make the parser of a command.
+
+    Args:
+        command: Its name.
+        description: What it does, printed by ``--help``.
+        add_help: Whether ``--help`` prints it; a command may take that option itself.
+    """
+    return CommandParser(
+        prog=f"{PROGRAM} {command}",
+        description=description,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+        add_help=add_help,
+    )

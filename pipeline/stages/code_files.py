@@ -1,0 +1,72 @@
+"""A file for each step that says what code it depends on: what DVC compares instead of sources."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.closure import SourceTree
+from pipeline.config import bench_lists, compose
+from pipeline.data.files import write_json
+from pipeline.stages.graph import STAGES, STEPS, Step
+from pipeline.stages.solvers import solver_modules
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
+
+FOLDER = "results/code"  # below the checkout
+
+
+def file_name(step: Step, solver: str) -> str:
+    """Return the name of a step's file, of one solver's where the step fans out over solvers."""
+    return f"{step.name}-{solver}.json" if "solver" in step.over else f"{step.name}.json"
+
+
+def roots(step: Step, solver: str = "") -> tuple[str, ...]:
+    """Return the modules whose closure a step runs: its stage and the solvers that answer.
+
+    Args:
+        step: Of the graph.
+        solver: Value of the axis of that name, where the step has one.
+    """
+    stage = STAGES[step.stage]
+    names = [solver] if "solver" in step.over else stage.solver_names(_composed())
+    return (stage.module, *solver_modules([*names, *step.settings]))
+
+
+@cache
+def _composed() -> Config:
+    return compose([f"profile={bench_lists()['profile']}"])
+
+
+def code_files(tree: SourceTree) -> dict[str, dict[str, Any]]:
+    """Return the content of each step's file by name: one digest for all, and each module's.
+
+    Args:
+        tree: The code.
+    """
+    bench = bench_lists()
+    found = {}
+    for step in STEPS.values():
+        for solver in bench[step.over["solver"]] if "solver" in step.over else [""]:
+            modules = roots(step, solver)
+            content = {"code": tree.digest(*modules), "modules": tree.digests(*modules)}
+            found[file_name(step, solver)] = content
+    return found
+
+
+def write_code_files(tree: SourceTree, folder: Path) -> list[Path]:
+    """Write the files of all steps and remove those of steps that are no more; return their paths.
+
+    Args:
+        tree: The code.
+        folder: Receives them.
+    """
+    contents = code_files(tree)
+    for path in folder.glob("*.json"):
+        if path.name not in contents:
+            path.unlink()
+    for name, content in contents.items():
+        write_json(folder / name, content)
+    return [folder / name for name in contents]

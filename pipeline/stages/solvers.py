@@ -1,0 +1,68 @@
+"""The solvers of a run, and the code that their answers depend on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import baselines
+from baselines import Solver
+from baselines.registry import settings, using
+from pipeline.closure import source_tree
+from pipeline.errors import MissingArtifactError
+from pipeline.solvers import is_neural
+from robots import Robot
+
+if TYPE_CHECKING:
+    from pipeline.settings import Config
+
+
+def solver_of(name: str, robot: Robot, config: Config) -> Solver:
+    """Make a solver for a run; a neural one gets the weights that were found for the run.
+
+    Raises:
+        MissingArtifactError: `pipeline.stages.running` has not looked for its weights.
+    """
+    with using(config.solver):
+        if not is_neural(name) or settings(name)["weights"]:
+            return baselines.load(name, robot)
+        if name in config.weights:
+            return baselines.load(name, robot, weights=config.weights[name])
+    raise MissingArtifactError(
+        f"there are no weights for solver '{name}' of {robot.name} in this run; train with: "
+        f"python -m pipeline train robot={robot.name} profile={config.profile}"
+    )
+
+
+def code_of(module: str, solvers: Mapping[str, Iterable[str]]) -> str:
+    """Return a digest of the code behind rows: of a module and of the solvers that answer.
+
+    Args:
+        module: Name of the module that makes the rows.
+        solvers: Names of the solvers, by what they are for; only a YAML names the file of each.
+    """
+    names = [name for each in solvers.values() for name in each]
+    return source_tree().digest(module, *solver_modules(names))
+
+
+def solver_modules(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the modules of solvers by name, and of those that their settings name."""
+    found: dict[str, str] = {}
+    waiting = list(names)
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            values = settings(name)
+            found[name] = values["_target_"].rpartition(".")[0]
+            waiting += [text for text in _texts(values) if text in baselines.names()]
+    return tuple(sorted(set(found.values())))
+
+
+def _texts(value: Any) -> Iterable[str]:
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        for item in value:
+            yield from _texts(item)
+    elif isinstance(value, str):
+        yield value
