@@ -51,7 +51,9 @@ class Experiment:
         """Trials of a row: one per object."""
         return len(required_scene(self.series.config, self.series.robot.name).objects)
 
-    def row(self, number: int, watch: Callable[[Scene], object] | None = None) -> list[dict]:
+    def row(
+        self, number: int, watch: Callable[[Scene], object] | None = None
+    ) -> list[dict[str, Any]]:
         """Run the row of a number, which with the seed fixes all of it but the agent's answers.
 
         Args:

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from pipeline.config import CONF_DIR, compose, group_choices
+from pipeline.config import compose, group_choices
 from pipeline.data.files import read_yaml
+from pipeline.locations import CONF_DIR
 from pipeline.stages.graph import STAGES, STEPS, Step
 from robots import available_robots
 
@@ -26,8 +27,6 @@ def parameters(step: Step) -> Parameters:
     What differs from run to run stands in the names of files as DVC fills it in, such as
     ``${item.robot}``. No keys stand for all keys of a file.
 
-    Raises:
-        ConfigError: A defaults list cannot be followed.
     """
     found: Parameters = {"conf/config.yaml": WHOLE}
     groups = read_groups(step)
