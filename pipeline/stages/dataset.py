@@ -10,6 +10,7 @@ from pipeline.artifacts import SPLITS, exclusive
 from pipeline.closure import source_tree
 from pipeline.data.chunk_executor import chunk_executor
 from pipeline.data.dataset import split_seed, write_card, write_split
+from pipeline.data.files import read_json, write_json
 from pipeline.data.tables import TableError, read_metadata, read_table
 from pipeline.progress import bar
 from pipeline.stages.inputs import artifacts, dataset_facts, robot_of
@@ -30,10 +31,26 @@ def run(config: Config) -> list[Path]:
     folder = artifacts(config).dataset(robot.name)
     with exclusive(folder):
         (folder / "card.json").unlink(missing_ok=True)
+        _drop_other_code(
+            folder, artifacts(config).root / "checkpoint" / f"dataset-{robot.name}.json"
+        )
         facts = {split: _make(folder, robot, split, config) for split in SPLITS}
         card = {**_robot_facts(robot), "config": dataset_facts(config), "splits": facts}
         write_card(folder, {**card, **provenance.made_by()}, SPLITS)
     return [folder]
+
+
+def _drop_other_code(folder: Path, note: Path) -> None:
+    """Remove splits that other code made; the note says which code made those that are there.
+
+    It lies outside the artifact: later stages depend on poses, and the same poses are the same
+    artifact whatever code made them.
+    """
+    code = source_tree().digest(__name__)
+    if not note.exists() or read_json(note).get("code") != code:
+        for split in SPLITS:
+            (folder / f"{split}.parquet").unlink(missing_ok=True)
+        write_json(note, {"code": code})
 
 
 def _make(folder: Path, robot: Robot, split: str, config: Config) -> dict[str, Any]:
@@ -46,7 +63,6 @@ def _make(folder: Path, robot: Robot, split: str, config: Config) -> dict[str, A
         "seed": split_seed(config.seed, robot.name, split),
         "workspace_filter": config.robot.workspace_filter,
         "numpy": provenance.versions()["numpy"],
-        "code": source_tree().digest(__name__),
     }
     kept = _kept(path, wanted)
     if kept is not None:

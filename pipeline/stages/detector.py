@@ -41,12 +41,13 @@ def run(config: Config) -> list[Path]:
     folder = folders.detector(robot.name)
     seed = derive_seed(config.seed, "detector", robot.name)
     code = source_tree().digest(__name__)
-    digest = provenance.digest([_facts(config, robot), provenance.versions(), seed, code])
-    work = folders.root / "checkpoint" / f"detector-{robot.name}-{digest}"
+    digest = provenance.digest([_facts(config, robot), provenance.versions(), seed])
+    resumed = provenance.digest([digest, code])  # the card does not know the code: grasps read it
+    work = folders.root / "checkpoint" / f"detector-{robot.name}-{resumed}"
     with exclusive(folder):
         pictures = _pictures(config, robot, work, held_out=False)
         trainer = DetectorTrainer(wanted, pictures, names, seed)
-        trained = trainer.fit(work / "state.safetensors", digest, f"detector {robot.name}")
+        trained = trainer.fit(work / "state.safetensors", resumed, f"detector {robot.name}")
         detector = EmbeddedDetector(
             halved(trained.network), replace(config.perception, threshold=ANY_SCORE)
         )

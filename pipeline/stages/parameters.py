@@ -26,7 +26,6 @@ def parameters(step: Step) -> Parameters:
 
     What differs from run to run stands in the names of files as DVC fills it in, such as
     ``${item.robot}``. No keys stand for all keys of a file.
-
     """
     found: Parameters = {"conf/config.yaml": WHOLE}
     groups = read_groups(step)

@@ -48,7 +48,8 @@ def run(config: Config) -> list[Path]:
     seed = derive_seed(config.seed, "train", robot.name, config.model.name, config.train.replicate)
     facts = [chain_facts(robot), to_dict(config.train), to_dict(config.model), seed]
     made_with = [facts, read_json(data / CARD)["files"], provenance.versions()]
-    digest = provenance.digest([*made_with, source_tree().digest(__name__)])
+    digest = provenance.digest(made_with)
+    resumed = provenance.digest([digest, source_tree().digest(__name__)])
     with exclusive(folder) as waited:
         if waited and _made(folder) == digest:
             return [folder]  # the run that was waited for made just this
@@ -59,10 +60,10 @@ def run(config: Config) -> list[Path]:
             robot,
             build_network(robot, config.model),
             config.train,
-            TrainingRun(seed, digest, label, checkpoint),
+            TrainingRun(seed, resumed, label, checkpoint),
         )
         progress = trainer.fit(poses, held_out)
-        _write(folder, robot, trainer, progress, held_out, config)
+        _write(folder, robot, trainer, progress, held_out, config, digest)
         trainer.finish()
     return [folder]
 
@@ -79,8 +80,13 @@ def _write(
     progress: Progress,
     held_out: PoseSet,
     config: Config,
+    digest: str,
 ) -> None:
-    """Write curve and metrics first and the card last: a card means that the rest is there."""
+    """Write curve and metrics first and the card last: a card means that the rest is there.
+
+    The digest of the run in the card is that of data and values: later stages depend on the card,
+    and code that trains the same weights leaves the same one. A checkpoint knows its code as well.
+    """
     states, kept = trainer.states(), config.train.keep
     errors = {name: _errors(trainer, state, held_out) for name, state in states.items()}
     trainer.network.load_state_dict(states[kept])
@@ -100,7 +106,7 @@ def _write(
         urdf_checksum=robot.urdf_checksum,
         parameters=parameter_count(trainer.network),
         device=str(trainer.device),
-        run=trainer.run.digest,
+        run=digest,
         kept=kept,
         validation=metrics,
     )

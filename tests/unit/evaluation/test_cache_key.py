@@ -103,3 +103,9 @@ def test_the_budget_that_was_used_is_told(robot, config):
     assert cache_key(given, config)["solver_budget"] == {"time_s": None, "iterations": 50}
     timed = cache_key(given, replace(config, time_s=1e-3))
     assert timed["solver_budget"] == {"time_s": 1e-3, "iterations": None}
+
+
+def test_rows_of_other_code_answer_another_question(robot, config):
+    given = replace(task(robot, Scripted(robot, robot.home)), code="before")
+    assert cache_key(given, config) == cache_key(given, config)
+    assert cache_key(replace(given, code="after"), config) != cache_key(given, config)
