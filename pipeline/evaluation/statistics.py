@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -171,7 +172,7 @@ def holm(p_values: Mapping[str, float]) -> dict[str, float]:
     return {name: adjusted[name] for name in p_values}
 
 
-def _paired(a: NDArray, b: NDArray) -> tuple[NDArray, NDArray]:
+def _paired(a: NDArray[Any], b: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     if a.shape != b.shape or a.ndim != 1 or a.size == 0:
         raise StatisticsError(
             f"expected two equally long, non-empty rows, got {a.shape}, {b.shape}"

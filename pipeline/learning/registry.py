@@ -57,8 +57,16 @@ def method_of(kind: str) -> Method:
 def declared_modules(kind: str) -> tuple[str, ...]:
     """Return the modules that building and training a network of a kind imports by name.
 
-    They are declared as strings, so tools that follow imports in the source do not see them.
+    They are declared as strings, so tools that follow imports in the source do not see them, nor
+    the packages of all methods, which are looked through for the kind.
     """
     method = method_of(kind)
     classes = (method.networks[kind], method.objective)
-    return tuple(name.rpartition(".")[0] for name in classes)
+    packages = (f"{learning.__name__}.{name}" for name in methods())
+    return (*(name.rpartition(".")[0] for name in classes), *packages)
+
+
+def kinds_in(module: str) -> tuple[str, ...]:
+    """Return the kinds of networks of the method whose folder a module lies in; none elsewhere."""
+    name = module.removeprefix(f"{learning.__name__}.").partition(".")[0]
+    return methods()[name].kinds if name in methods() else ()

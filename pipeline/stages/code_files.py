@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.closure import SourceTree
 from pipeline.config import bench_lists, compose
 from pipeline.data.files import write_json
+from pipeline.learning.registry import declared_modules
 from pipeline.stages.graph import STAGES, STEPS, Step
 from pipeline.stages.solvers import solver_modules
 
@@ -24,20 +25,24 @@ def file_name(step: Step, solver: str) -> str:
 
 
 def roots(step: Step, solver: str = "") -> tuple[str, ...]:
-    """Return the modules whose closure a step runs: its stage and the solvers that answer.
+    """Return the modules whose closure a step runs: its stage, solvers, and networks.
 
     Args:
         step: Of the graph.
         solver: Value of the axis of that name, where the step has one.
     """
     stage = STAGES[step.stage]
-    names = [solver] if "solver" in step.over else stage.solver_names(_composed())
-    return (stage.module, *solver_modules([*names, *step.settings]))
+    names = [solver] if "solver" in step.over else stage.solver_names(_composed(""))
+    kinds = [_composed(step.model).model.kind] if "train" in stage.groups else []
+    networks = [module for kind in kinds for module in declared_modules(kind)]
+    return (stage.module, *solver_modules([*names, *step.settings]), *networks)
 
 
 @cache
-def _composed() -> Config:
-    return compose([f"profile={bench_lists()['profile']}"])
+def _composed(model: str) -> Config:
+    """The configuration of a whole run, or with a network of its own."""
+    bench = bench_lists()
+    return compose([f"profile={bench['profile']}", f"model={model or bench['model']}"])
 
 
 def code_files(tree: SourceTree) -> dict[str, dict[str, Any]]:

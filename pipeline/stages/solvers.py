@@ -10,6 +10,7 @@ from baselines import Solver
 from baselines.registry import settings, using
 from pipeline.closure import source_tree
 from pipeline.errors import MissingArtifactError
+from pipeline.learning.registry import declared_modules, kinds_in
 from pipeline.solvers import is_neural
 from robots import Robot
 
@@ -46,7 +47,7 @@ def code_of(module: str, solvers: Mapping[str, Iterable[str]]) -> str:
 
 
 def solver_modules(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the modules of solvers by name, and of those that their settings name."""
+    """Return the modules of solvers by name, of those that their settings name, of networks."""
     found: dict[str, str] = {}
     waiting = list(names)
     while waiting:
@@ -55,7 +56,9 @@ def solver_modules(names: Iterable[str]) -> tuple[str, ...]:
             values = settings(name)
             found[name] = values["_target_"].rpartition(".")[0]
             waiting += [text for text in _texts(values) if text in baselines.names()]
-    return tuple(sorted(set(found.values())))
+    kinds = {kind for module in found.values() for kind in kinds_in(module)}
+    networks = {module for kind in kinds for module in declared_modules(kind)}
+    return tuple(sorted({*found.values(), *networks}))
 
 
 def _texts(value: Any) -> Iterable[str]:

@@ -17,6 +17,7 @@ from pipeline.data.files import read_json, write_json, write_text
 from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.factory import build_network
 from pipeline.learning.networks import parameter_count
+from pipeline.learning.registry import declared_modules
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.learning.weights import chain_facts, read_card, save_weights
 from pipeline.seeding import derive_seed
@@ -49,7 +50,8 @@ def run(config: Config) -> list[Path]:
     facts = [chain_facts(robot), to_dict(config.train), to_dict(config.model), seed]
     made_with = [facts, read_json(data / CARD)["files"], provenance.versions()]
     digest = provenance.digest(made_with)
-    resumed = provenance.digest([digest, source_tree().digest(__name__)])
+    code = source_tree().digest(__name__, *declared_modules(config.model.kind))
+    resumed = provenance.digest([digest, code])
     with exclusive(folder) as waited:
         if waited and _made(folder) == digest:
             return [folder]  # the run that was waited for made just this

@@ -12,6 +12,7 @@ from pipeline.closure import source_tree
 from pipeline.data.dataset import CARD
 from pipeline.data.files import read_json
 from pipeline.errors import PipelineError
+from pipeline.learning.registry import declared_modules
 from pipeline.progress import LOGGER
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from pipeline.tuning.journal import fetch_journal, keep_journal
@@ -40,7 +41,8 @@ def run(config: Config) -> list[Path]:
     data = dataset_of(config)
     folders = artifacts(config)
     folder = folders.tune(robot.name)
-    code = source_tree().digest(TrialObjective.__module__)
+    networks = declared_modules(config.model.kind)
+    code = source_tree().digest(TrialObjective.__module__, *networks)
     digest = provenance.digest([read_json(data / CARD)["files"], code])
     name = study_name(config, digest)
     growing = folders.root / "checkpoint" / f"tune-{name}.log"

@@ -26,6 +26,7 @@ from pipeline.learning.config import ModelConfig, TrainConfig
 from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.factory import build_network
 from pipeline.learning.networks import IkNetwork, parameter_count
+from pipeline.learning.registry import declared_modules
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.progress import LOGGER
 from pipeline.provenance import digest, machine
@@ -236,6 +237,6 @@ def _run_digest(robot: Robot, config: Config, candidate: Candidate, replicate: i
     comparison = config.tune.comparison
     budget = [comparison.currency, comparison.amount, config.seed, replicate]
     place = machine() if comparison.currency == "seconds" else {}
-    code = source_tree().digest(__name__)
+    code = source_tree().digest(__name__, *declared_modules(candidate.model.kind))
     data = [config.dataset.train, config.dataset.validation, robot.urdf_checksum, place, code]
     return digest([to_dict(candidate.train), to_dict(candidate.model), budget, data])

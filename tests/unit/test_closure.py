@@ -157,6 +157,16 @@ def test_a_solver_counts_for_its_own_evaluation() -> None:
     assert "plan.json" in changed  # plan.solvers names it
 
 
+def test_a_network_that_is_named_only_counts_where_it_is_trained_and_answers() -> None:
+    flow = edited("pipeline/learning/flow/network.py", lambda text: f"{text}\nEDITED = 1\n")
+    changed = {name for name, digest in as_they_are().items() if digests(flow)[name] != digest}
+    assert changed == {"train_flow.json", "evaluate_flow-flow.json"}
+    experts = edited("pipeline/learning/cycleik/experts.py", lambda text: f"{text}\nEDITED = 1\n")
+    changed = {name for name, digest in as_they_are().items() if digests(experts)[name] != digest}
+    assert {"train.json", "evaluate_neural-cycleik_refined.json"} <= changed
+    assert "train_flow.json" not in changed
+
+
 def test_a_kernel_and_a_template_count() -> None:
     for module, file in (
         ("pipeline.stages.plan", "pipeline/planning/follow_kernel.py"),
