@@ -148,11 +148,9 @@ def chosen(overrides: Sequence[str] = ()) -> dict[str, str]:
         ConfigError: A choice of a group that does not exist.
     """
     known = _defaults(overrides).overrides.known_choices
-    return {
-        group: choice
-        for group, choice in known.items()
-        if group != SOLVER and choice and "@" not in group and not group.startswith("hydra/")
-    }
+    entries = read_yaml(CONF_DIR / f"{ROOT}.yaml")["defaults"]
+    groups = [group for entry in entries if isinstance(entry, dict) for group in entry]
+    return {group: str(known[group]) for group in groups if group != SOLVER and known.get(group)}
 
 
 def values(overrides: Sequence[str] = ()) -> dict[str, Any]:

@@ -112,9 +112,7 @@ def _choices(stage: Stage, overrides: Sequence[str]) -> Iterator[str]:
     groups = {group.partition(".")[0] for group in stage.groups} | {"profile", "experiment"}
     for group, choice in chosen(overrides).items():
         if group in groups:
-            yield f"{group}={choice:<{max(COLUMN - len(group) - 3, 1)}} # " + " | ".join(
-                group_choices(group)
-            )
+            yield f"{f'{group}={choice}':<{COLUMN - 1}} # {' | '.join(group_choices(group))}"
     yield ""
 
 

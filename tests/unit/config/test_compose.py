@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
 import pytest
 
-from pipeline.config import CONF_DIR, compose, group_choices, sweep, to_yaml
+from pipeline.config import CONF_DIR, chosen, compose, group_choices, sweep, to_yaml
 from pipeline.errors import ConfigError
 from robots.locations import FOLDER
 
 GROUPS = (
     "robot",
     "model",
+    "tune",
+    "engine",
     "profile",
     "experiment",
     "train",
@@ -46,6 +52,38 @@ def test_profiles_set_the_scale_and_the_command_line_has_the_last_word() -> None
     assert paper.dataset.test == 200_000
 
 
+def test_a_model_brings_its_recipe_and_another_may_be_named() -> None:
+    for model in group_choices("model"):
+        assert chosen([f"model={model}"])["train"] == model
+    assert chosen(["model=flow", "train=compact"])["train"] == "compact"
+    assert chosen(["experiment=losses", "profile=paper"])["train"] == "small_mlp"
+    assert compose(["profile=paper", "model=flow"]).train == replace(
+        compose(["model=flow"]).train, epochs=10
+    ), "a profile sets the scale, not another model's recipe"
+
+
+def test_a_model_without_a_recipe_says_what_to_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(CONF_DIR, tmp_path / "conf")
+    tiny = tmp_path / "conf" / "model" / "tiny.yaml"
+    tiny.with_name("mine.yaml").write_text(tiny.read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.setattr("pipeline.config.CONF_DIR", tmp_path / "conf")
+    with pytest.raises(ConfigError, match=r"no recipe conf/train/mine.yaml.* compact, flow"):
+        compose(["model=mine"])
+    assert compose(["model=mine", "train=tiny"]).train.batch_size == 512
+
+
+def test_table_one_is_trained_as_published_or_so_that_it_stands() -> None:
+    published = compose(["model=paper", "train=table_one"]).train
+    assert (published.warm_up_steps, published.gradient_clip) == (0, None)
+    paper = compose(["profile=paper"])
+    assert paper.train == compose(["profile=paper", "train=table_one_stable"]).train
+    assert (paper.train.warm_up_steps, paper.train.gradient_clip) == (500, 10.0)
+    searched = compose(["tune=paper", "profile=paper"])
+    assert (searched.train, searched.model) == (replace(published, epochs=10), paper.model)
+
+
 def test_from_is_a_key_although_python_reserves_the_word() -> None:
     assert compose(["train.from=best"]).train.source == "best"
     assert "from: best" in to_yaml(compose(["train.from=best"]))
@@ -56,6 +94,7 @@ def test_from_is_a_key_although_python_reserves_the_word() -> None:
     [
         ("robot=pandaa", ["'pandaa'", "did you mean 'panda'", "nico"]),
         ("model=huge", ["no model 'huge'", "compact"]),
+        ("robot=null", ["no robot 'None'", "nico"]),
         ("profile=", ["profile"]),
         ("train.learning_rat=1", ["learning_rat", "did you mean 'learning_rate'", "epochs"]),
         ("trian.epochs=1", ["did you mean 'train'"]),
@@ -132,17 +171,3 @@ def test_a_sweep_is_the_product_of_its_lists_in_order() -> None:
 def test_a_new_axis_of_the_search_is_a_number_of_train_or_model() -> None:
     axis = compose(["+tune.space.weight_decay={kind:float,low:0,high:0.1}"]).tune.space
     assert axis["weight_decay"].high == 0.1
-
-
-def test_every_key_has_a_comment() -> None:
-    """YAML owns every value, with unit and meaning beside it."""
-    bare = []
-    for path in sorted(CONF_DIR.rglob("*.yaml")):
-        if path.parts[-2] in ("profile", "experiment", "objects", "scene") or path.stem == "config":
-            continue  # these override values that are explained where they are owned
-        for line in path.read_text(encoding="utf-8").splitlines():
-            key, _, value = line.partition(":")
-            owns = value.strip() and not key.strip().startswith(("#", "-", "_target_", "name"))
-            if owns and "#" not in line and not line.startswith(" "):
-                bare.append(f"{path.relative_to(CONF_DIR)}: {line}")
-    assert not bare, "\n".join(bare)
