@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -152,3 +153,8 @@ class TrainConfig:
             at_least(f"train.{name}", getattr(self, name), 0)
         for name in ("mean_head_weight", "mean_head_weight_until"):
             within(f"train.{name}", getattr(self, name), 0, 1)
+
+    @property
+    def max_gradient_norm(self) -> float:
+        """Largest norm of the gradient; infinite where none is scaled down."""
+        return math.inf if self.gradient_clip is None else self.gradient_clip

@@ -241,7 +241,7 @@ class FleetRun:
             gradients = [p.grad for p in parameters if p.grad is not None]
             norm = torch.nn.utils.get_total_norm(gradients)
             finite = torch.isfinite(norm).float() * self._enable[index]
-            optimizer.grad_scale = (norm / clip).clamp(min=1.0)
+            optimizer.grad_scale = (norm / train.max_gradient_norm).clamp(min=1.0)
             optimizer.found_inf = 1.0 - finite
             for group in optimizer.param_groups:
                 group["lr"] = self._rate[index]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -88,8 +87,9 @@ class Trainer:
             fused=True,
             capturable=captured,
         )
-        clip = math.inf if train.gradient_clip is None else train.gradient_clip
-        state = TrainState(self.objective, self.network, self.optimizer, self.products, clip)
+        state = TrainState(
+            self.objective, self.network, self.optimizer, self.products, train.max_gradient_norm
+        )
         self._step: EagerStep | CapturedStep = (
             CapturedStep(state, train.batch_size) if captured else EagerStep(state)
         )

@@ -12,7 +12,8 @@ import pytest
 from pipeline.__main__ import main
 from pipeline.commands import COMMANDS
 from pipeline.commands.run import SWEEP_FLAGS
-from pipeline.config import CONF_DIR, compose, sweep
+from pipeline.config import compose, sweep
+from pipeline.locations import CONF_DIR
 from pipeline.stages.graph import STAGES
 from tests.readme import README, blocks, commands
 

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.config import CONF_DIR, chosen, compose, group_choices, sweep, to_yaml
+from pipeline.config import chosen, compose, group_choices, sweep, to_yaml
 from pipeline.errors import ConfigError
+from pipeline.locations import CONF_DIR
 from robots.locations import FOLDER
 
 GROUPS = (

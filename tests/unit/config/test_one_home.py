@@ -20,7 +20,6 @@ from omegaconf import OmegaConf
 
 from baselines import registry
 from pipeline.config import (
-    CONF_DIR,
     OWNERS,
     Source,
     bench_lists,
@@ -31,6 +30,7 @@ from pipeline.config import (
     values,
 )
 from pipeline.key_comments import key_comments
+from pipeline.locations import CONF_DIR
 from pipeline.settings import Config
 
 HEADER = "# @package _global_\n"

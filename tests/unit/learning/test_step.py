@@ -69,7 +69,7 @@ def made(robot: Robot, kind: type, *overrides: str) -> tuple[EagerStep | Branchl
         trainer.network,
         trainer.optimizer,
         trainer.products,
-        config.train.gradient_clip,
+        config.train.max_gradient_norm,
     )
     return (BranchlessStep(state, SIZE) if kind is BranchlessStep else EagerStep(state)), trainer
 
@@ -86,6 +86,7 @@ def run(step: EagerStep | BranchlessStep, batches: Any, trainer: Trainer) -> Pro
     "options",
     [
         ["train.gradient_clip=1.0e+9"],
+        ["train.gradient_clip=null"],
         ["train.gradient_clip=0.3", "train.weight_decay=0.1"],
         ["train.negate_input=true", "train.loss=former"],
         ["train.constraints=[{joints: [1, 2], posture: 0.1, weight: 3}]"],
