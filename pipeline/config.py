@@ -29,6 +29,7 @@ from baselines import SolverError, registry
 from pipeline.containers import to_dict
 from pipeline.data.files import Document, read_yaml
 from pipeline.errors import ConfigError
+from pipeline.learning.registry import config_class
 from pipeline.locations import CONF_DIR
 from pipeline.settings import Config
 from robots.locations import home
@@ -298,7 +299,9 @@ def _to_dataclass(raw: DictConfig) -> Config:
         container = cast(dict[str, Any], OmegaConf.to_container(raw, resolve=True))
         _check_solvers(container[SOLVER])
         renamed = OmegaConf.create(_renamed(container, NAMES_IN_YAML))
-        merged = OmegaConf.merge(OmegaConf.structured(Config), renamed)
+        schema = OmegaConf.structured(Config)
+        schema.model = OmegaConf.structured(config_class(renamed.model.kind))
+        merged = OmegaConf.merge(schema, renamed)
         missing = sorted(OmegaConf.missing_keys(merged))
         if missing:
             raise ConfigError(f"no value for {', '.join(missing)}: set it, or choose a profile")

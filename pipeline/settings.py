@@ -18,6 +18,7 @@ from pipeline.engine.config import EngineConfig
 from pipeline.evaluation.config import EvaluateConfig, SampleConfig
 from pipeline.grasping.config import GraspConfig
 from pipeline.learning.config import ModelConfig, TrainConfig
+from pipeline.learning.registry import config_classes
 from pipeline.perception.config import DetectorConfig, PerceptionConfig
 from pipeline.planning.config import PlanConfig
 from pipeline.reporting.config import ReportConfig
@@ -101,7 +102,7 @@ class Config:
     def __post_init__(self) -> None:
         """Refuse negative seeds, axes of no key, and results in the middle of the sources."""
         at_least("seed", self.seed, 0)
-        check_space(self.tune.space, (TrainConfig, ModelConfig))
+        check_space(self.tune.space, (TrainConfig, *config_classes()))
         if Path(self.results_dir) == Path():
             raise ValueError(
                 f"results_dir must name a folder for the results, got '{self.results_dir}'"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from omegaconf import MISSING
@@ -57,7 +57,7 @@ class ConstraintConfig:
 
 @dataclass
 class ModelConfig:
-    """Architecture of a network."""
+    """Architecture of a network: the keys that all kinds have."""
 
     name: str = MISSING
     kind: str = MISSING
@@ -65,11 +65,6 @@ class ModelConfig:
     tanh_layers: int = MISSING
     width: int = MISSING
     heads: int = MISSING
-    experts: int = 1  # of kind experts; the other kinds are one network for all poses
-    encoder: list[int] = field(default_factory=list)  # these are of kind flow
-    couplings: int = 0
-    components: int = 0
-    noise: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse layers without neurons and a count of tanh layers beyond the network."""
@@ -77,14 +72,6 @@ class ModelConfig:
         positive_all("model.hidden", self.hidden)
         positive("model.width", self.width)
         positive("model.heads", self.heads)
-        positive("model.experts", self.experts)
-        if self.kind == "flow":
-            positive_all("model.encoder", self.encoder)
-            positive("model.couplings", self.couplings)
-            positive("model.components", self.components)
-            at_least("model.noise", self.noise, 0)
-        if self.kind == "mlp" and self.heads != 1:
-            raise ValueError(f"model.heads must be 1 for model.kind=mlp, got {self.heads}")
         within("model.tanh_layers", self.tanh_layers, 1, len(self.hidden) + 1)
 
 

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from importlib import import_module
+from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any
 
 import torch
 from torch import nn
 
+from pipeline.learning.config import ModelConfig, TrainConfig
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.objective import Objective
-from pipeline.learning.registry import method_of, methods
-from pipeline.settings import ModelConfig, TrainConfig
+from pipeline.learning.registry import config_class, imported, method_of, methods
 from robots import Robot
 
 
 def build_network(robot: Robot, model: ModelConfig) -> IkNetwork:
     """Return the network that ``model.kind`` names, with fresh weights."""
-    network: IkNetwork = _imported(method_of(model.kind).networks[model.kind])(robot, model)
+    network: IkNetwork = imported(method_of(model.kind).networks[model.kind])(robot, model)
     return network
 
 
@@ -40,12 +41,18 @@ def make_objective(
     for base in type(network).__mro__:
         objective = declared.get(f"{base.__module__}.{base.__qualname__}")
         if objective is not None:
-            made: Objective = _imported(objective)(robot, network, train, device, seed)
+            made: Objective = imported(objective)(robot, network, train, device, seed)
             return made
     raise TypeError(f"there is no training objective for a {type(network).__name__}")
 
 
-def _imported(name: str) -> Any:
-    """The class of a dotted name."""
-    module, _, attribute = name.rpartition(".")
-    return getattr(import_module(module), attribute)
+def model_config(values: Mapping[str, Any]) -> ModelConfig:
+    """Return the configuration of a network from the ``model`` group of a card or a search.
+
+    Keys that networks of this kind do not have are left out: files of earlier versions hold those
+    of all kinds.
+    """
+    group = config_class(str(values.get("kind", "")))
+    known = {item.name for item in fields(group)}
+    made: ModelConfig = group(**{name: v for name, v in values.items() if name in known})
+    return made

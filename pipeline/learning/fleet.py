@@ -10,7 +10,6 @@ on what runs beside it: batches, learning rates and first weights are those of
 from __future__ import annotations
 
 import gc
-import math
 import time
 import warnings
 from collections import deque
@@ -227,7 +226,6 @@ class FleetRun:
     def _body(self, forward: str) -> None:
         train, optimizer = self.job.train, self.optimizer
         backward = MEDIUM if train.precision == "bfloat16_backward" else HIGHEST
-        clip = math.inf if train.gradient_clip is None else train.gradient_clip
         parameters = list(self.network.parameters())
         for index in range(self.unroll):
             poses = self.job.poses.index_select(0, self._batch[index])

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+MODEL_CONFIG = "pipeline.learning.config.ModelConfig"
+
 
 @dataclass(frozen=True)
 class Method:
@@ -17,11 +19,14 @@ class Method:
             robot and a `ModelConfig`.
         objective: Class of the `Objective`, made of robot, network, `TrainConfig`, device and seed.
         model: Name in conf/model of what is trained for the method where nothing else is said.
+        config: Dataclass of the keys of ``model`` for its networks, `ModelConfig` or one derived
+            from it with keys of its own.
     """
 
     networks: Mapping[str, str]
     objective: str
     model: str
+    config: str = MODEL_CONFIG
 
     @property
     def kinds(self) -> tuple[str, ...]:

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from types import MappingProxyType
+from typing import Any
 
 from pipeline import learning
-from pipeline.learning.method import Method
+from pipeline.learning.method import MODEL_CONFIG, Method
 
 
 @cache
@@ -54,6 +55,27 @@ def method_of(kind: str) -> Method:
     raise KeyError(kind)
 
 
+def config_class(kind: str) -> type[Any]:
+    """Return the dataclass of the keys of ``model`` for a kind of network.
+
+    For a kind that no method declares it is the common one, which refuses the kind.
+    """
+    declared = [method.config for method in methods().values() if kind in method.networks]
+    found: type[Any] = imported(declared[0] if declared else MODEL_CONFIG)
+    return found
+
+
+def config_classes() -> tuple[type[Any], ...]:
+    """Return the dataclasses of the keys of ``model``, of all kinds of networks."""
+    return tuple(imported(name) for name in sorted({m.config for m in methods().values()}))
+
+
+def imported(name: str) -> Any:
+    """Import what a dotted name stands for."""
+    module, _, attribute = name.rpartition(".")
+    return getattr(import_module(module), attribute)
+
+
 def declared_modules(kind: str) -> tuple[str, ...]:
     """Return the modules that building and training a network of a kind imports by name.
 
@@ -61,7 +83,7 @@ def declared_modules(kind: str) -> tuple[str, ...]:
     the packages of all methods, which are looked through for the kind.
     """
     method = method_of(kind)
-    classes = (method.networks[kind], method.objective)
+    classes = (method.networks[kind], method.objective, method.config)
     packages = (f"{learning.__name__}.{name}" for name in methods())
     return (*(name.rpartition(".")[0] for name in classes), *packages)
 

@@ -12,8 +12,7 @@ from torch import Tensor, nn
 
 import robots
 from pipeline.data.files import read_json, replacing, sha256, write_json
-from pipeline.learning.config import ModelConfig
-from pipeline.learning.factory import build_network
+from pipeline.learning.factory import build_network, model_config
 from pipeline.learning.networks import IkNetwork
 from robots import Robot
 from robots.checksums import chain_checksum
@@ -85,7 +84,7 @@ def load_network(folder: Path, robot: Robot, kinds: Collection[str] = ()) -> IkN
             f"the weights in {folder} are of a network of kind '{model['kind']}', expected one of "
             f"{', '.join(kinds)}; train such a model, see conf/model"
         )
-    network = build_network(robot, ModelConfig(**model))
+    network = build_network(robot, model_config(model))
     try:
         network.load_state_dict(load_file(path))
     except (SafetensorError, RuntimeError) as error:

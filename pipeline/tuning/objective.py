@@ -13,6 +13,7 @@ from torch import Tensor
 
 from pipeline.data.dataset import PoseSet
 from pipeline.errors import PipelineError
+from pipeline.learning.cycleik import METHOD
 from pipeline.learning.cycleik.objective import CycleObjective
 from pipeline.learning.factory import build_network
 from pipeline.learning.networks import IkNetwork, parameter_count
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from pipeline.settings import Config
 
 JUDGED_AT_ONCE = 4096  # poses of the validation set, for the memory of wide layers
-CYCLE_KINDS = ("mlp", "experts")
 MM = 1e-3
 
 
@@ -123,9 +123,9 @@ def check_search(config: Config) -> None:
     Raises:
         PipelineError: The objective is not for this kind of model, or the space is not possible.
     """
-    if config.tune.objective == "losses" and config.model.kind not in CYCLE_KINDS:
+    if config.tune.objective == "losses" and config.model.kind not in METHOD.kinds:
         raise PipelineError(
-            f"tune.objective=losses is for networks of kind {' and '.join(CYCLE_KINDS)}: "
+            f"tune.objective=losses is for networks of kind {' and '.join(METHOD.kinds)}: "
             f"set tune.objective=errors for model.kind={config.model.kind}"
         )
     check(config)

@@ -98,7 +98,12 @@ def check(config: Config) -> None:
     Raises:
         PipelineError: A value that train or model refuses.
     """
+    known = {name for group in groups(config) for name in vars(group)}
     for name, axis in config.tune.space.items():
+        if name not in known:
+            raise PipelineError(
+                f"tune.space.{name}: a network of model.kind={config.model.kind} has no such key"
+            )
         for value in _ends(axis):
             try:
                 configured(config, {name: value})

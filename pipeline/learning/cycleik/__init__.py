@@ -12,4 +12,5 @@ METHOD = Method(
     },
     objective="pipeline.learning.cycleik.objective.CycleObjective",
     model="compact",
+    config="pipeline.learning.cycleik.config.CycleIkModel",
 )

@@ -19,7 +19,7 @@ from scipy.cluster.vq import kmeans2
 from torch import Tensor, nn
 from torch.nn.functional import gelu
 
-from pipeline.learning.config import ModelConfig
+from pipeline.learning.cycleik.config import CycleIkModel
 from pipeline.learning.networks import MATRIX_POSE_SIZE, IkNetwork, matrix_pose
 from robots import Robot
 
@@ -45,7 +45,7 @@ class Experts(IkNetwork):
     mean: Tensor
     scale: Tensor
 
-    def __init__(self, robot: Robot, model: ModelConfig) -> None:
+    def __init__(self, robot: Robot, model: CycleIkModel) -> None:
         super().__init__(robot, heads=model.heads)
         count = model.experts
         sizes = [MATRIX_POSE_SIZE, *model.hidden, model.heads * robot.dof]

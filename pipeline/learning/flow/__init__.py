@@ -9,4 +9,5 @@ METHOD = Method(
     networks={"flow": "pipeline.learning.flow.network.FlowNetwork"},
     objective="pipeline.learning.flow.objective.FlowObjective",
     model="flow",
+    config="pipeline.learning.flow.config.FlowModel",
 )

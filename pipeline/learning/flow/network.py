@@ -21,7 +21,7 @@ from zuko.lazy import Flow
 from zuko.mixtures import GMM
 from zuko.transforms import MonotonicAffineTransform
 
-from pipeline.learning.config import ModelConfig
+from pipeline.learning.flow.config import FlowModel
 from pipeline.learning.networks import (
     MATRIX_POSE_SIZE,
     IkNetwork,
@@ -87,7 +87,7 @@ class FlowNetwork(IkNetwork):
             neurons of the couplings, components of the base, largest training noise.
     """
 
-    def __init__(self, robot: Robot, model: ModelConfig) -> None:
+    def __init__(self, robot: Robot, model: FlowModel) -> None:
         super().__init__(robot, heads=1)
         self.noise = model.noise
         self.entry = nn.Linear(MATRIX_POSE_SIZE + 1, model.width)
@@ -144,7 +144,7 @@ class FlowNetwork(IkNetwork):
         return context
 
 
-def _mixture(dof: int, model: ModelConfig) -> GMM:
+def _mixture(dof: int, model: FlowModel) -> GMM:
     """Gaussians whose weights, means and scales follow from the pose, scattered at the start."""
     count = model.components
     base = GMM(dof, model.width, components=count, covariance_type="diagonal", hidden_features=[])

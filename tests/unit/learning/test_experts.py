@@ -7,7 +7,7 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
-from pipeline.learning.config import ModelConfig
+from pipeline.learning.cycleik.config import CycleIkModel
 from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.cycleik.experts_kernel import (
     answer_rows,
@@ -18,7 +18,7 @@ from pipeline.learning.networks import matrix_pose
 from robots import Robot, load_robot
 
 # Neither a multiple of four rows nor of eight neurons, so that all padding is met.
-MODEL = ModelConfig(
+MODEL = CycleIkModel(
     name="small", kind="experts", hidden=[20, 12], tanh_layers=1, width=1, heads=3, experts=5
 )
 WEIGHTS = np.array([100.0, 3.0])

@@ -12,12 +12,13 @@ import torch
 import pipeline.learning
 from baselines import SettingError, SkippedSolver, skip
 from pipeline.config import compose, group_choices
-from pipeline.learning.factory import build_network, make_objective
+from pipeline.learning.config import ModelConfig
+from pipeline.learning.factory import build_network, make_objective, model_config
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.refined import RefinedSolver
 from pipeline.learning.registry import declared_modules, kinds, method_of, methods
-from pipeline.settings import ModelConfig
-from pipeline.solvers import load_solver, models_of
+from pipeline.loading import load_solver
+from pipeline.solvers import models_of
 from robots import load_robot
 
 # What weights on disk are named by: a change here makes every trained file unreadable.
@@ -42,10 +43,19 @@ from pipeline.learning.networks import IkNetwork
 class Constant(IkNetwork):
     def __init__(self, robot, model):
         super().__init__(robot, heads=1)
-        self.output = nn.Parameter(0.5 * self.joint_scale.new_ones(self.dof))
+        self.output = nn.Parameter(model.level * self.joint_scale.new_ones(self.dof))
 
     def normalised(self, position, quaternion):
         return self.output.expand(len(position), -1)
+"""
+LEVEL = 0.25
+CONFIG = f"""
+from dataclasses import dataclass
+from pipeline.learning.config import ModelConfig
+
+@dataclass
+class ConstantModel(ModelConfig):
+    level: float = {LEVEL}
 """
 DECLARED = """
 from pipeline.learning.method import Method
@@ -53,14 +63,15 @@ METHOD = Method(
     networks={"constant": "pipeline.learning.constant.network.Constant"},
     objective="pipeline.learning.cycleik.objective.CycleObjective",
     model="tiny",
+    config="pipeline.learning.constant.config.ConstantModel",
 )
 """
 
 
-def model_of(kind: str, **more: object) -> ModelConfig:
+def model_of(kind: str) -> ModelConfig:
     values = {"name": kind, "hidden": [8], "tanh_layers": 1, "width": 8, "heads": 1}
-    flow = {"encoder": [8], "couplings": 1, "components": 2}
-    return ModelConfig(kind=kind, **values, **(flow if kind == "flow" else {}), **more)  # type: ignore[arg-type]
+    flow = {"encoder": [8], "couplings": 1, "components": 2, "noise": 0.01}
+    return model_config({"kind": kind, **values, **flow, "experts": 2})
 
 
 @pytest.mark.parametrize("kind", kinds())
@@ -102,6 +113,7 @@ def new_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None
     folder.mkdir()
     (folder / "__init__.py").write_text(DECLARED)
     (folder / "network.py").write_text(NEW)
+    (folder / "config.py").write_text(CONFIG)
     monkeypatch.setattr(pipeline.learning, "__path__", [*pipeline.learning.__path__, str(tmp_path)])
     methods.cache_clear()
     yield
@@ -111,10 +123,12 @@ def new_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None
 @pytest.mark.usefixtures("new_folder")
 def test_a_folder_is_all_that_a_method_needs() -> None:
     assert "constant" in kinds()
-    config = compose(["model.kind=constant"])
+    config = compose(["model=tiny", "model.kind=constant"])
     robot = load_robot("nico")
     network = build_network(robot, config.model)
     assert isinstance(network, IkNetwork)
+    wanted = network.joint_centre + LEVEL * network.joint_scale
+    torch.testing.assert_close(network(torch.zeros(1, 7))[0, 0], wanted)
     objective = make_objective(robot, network, config.train, torch.device("cpu"))
     poses = torch.as_tensor(robot.forward_kinematics(robot.sample(5)), dtype=torch.float32)
     assert objective.errors(poses)[0].shape == (5,)
