@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 from baselines.registry import using
 from pipeline.config import compose
@@ -111,14 +111,19 @@ def _as_shipped(folder: Path, config: Config) -> bool:
     plain = compose([*names, f"model={config.model.name}"])
     wanted, meant = to_dict(config), to_dict(plain)
     unchanged = all(wanted[key] == meant[key] for key in ("seed", "train", "model"))
-    return unchanged and read_card(folder)["config"]["model"] == wanted["model"]
+    return unchanged and _agree(read_card(folder)["config"]["model"], wanted["model"])
 
 
 def _same_training(folder: Path, config: Config) -> bool:
     """Whether weights were trained as ``config`` would; device and bookkeeping do not matter."""
     made = read_card(folder).get("config", {})
     wanted = to_dict(config)
-    if (made.get("seed"), made.get("model")) != (wanted["seed"], wanted["model"]):
+    if made.get("seed") != wanted["seed"] or not _agree(made.get("model", {}), wanted["model"]):
         return False
-    theirs, ours = made.get("train", {}), wanted["train"]
-    return all(theirs.get(key) == ours[key] for key in ours if key not in BOOKKEEPING)
+    ours = {key: value for key, value in wanted["train"].items() if key not in BOOKKEEPING}
+    return _agree(made.get("train", {}), ours)
+
+
+def _agree(theirs: dict[str, Any], ours: dict[str, Any]) -> bool:
+    """Whether a card has our values; cards of earlier versions hold the keys of all networks."""
+    return all(theirs.get(key) == value for key, value in ours.items())
