@@ -11,11 +11,12 @@ from __future__ import annotations
 from numba import njit
 
 from baselines.damped_solve import damped_solve
+from baselines.linearise import find_jacobian
 
 
 @njit(cache=True)
 def damped_step(chain, w, bias, damping, max_active_set_passes):  # type: ignore[no-untyped-def]
-    """Move the joints w.q by one step, after `find_error` and `find_jacobian`.
+    """Move the joints w.q by one step, after `find_frames` and `find_error`.
 
     Args:
         chain: The chain of the robot.
@@ -27,6 +28,7 @@ def damped_step(chain, w, bias, damping, max_active_set_passes):  # type: ignore
         damping: λ > 0 [m² and rad²].
         max_active_set_passes: How often the step is solved again with joints frozen.
     """
+    find_jacobian(chain, w.at)
     dof = w.q.shape[0]
     w.free[:] = True
     for _ in range(max_active_set_passes + 1):

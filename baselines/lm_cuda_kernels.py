@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from baselines.clock import pose_key, uniform
 from baselines.damped_step import damped_step
-from baselines.linearise import Linearisation, find_error, find_frames, find_jacobian, set_target
+from baselines.linearise import Linearisation, find_error, find_frames, set_target
 from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, LmOptions, _Scratch
 from baselines.seed_library import FEATURES, ROTATION_SHARE, SeedLibrary
 from robots.chain import Chain
@@ -339,7 +339,6 @@ def kernels(joints: int, dof: int) -> Kernels:
             else:
                 if since == 0:
                     reference = squared
-                find_jacobian(chain, s.at)
                 damped_step(chain, s, None, damping + gain * squared, passes)
                 iterations += 1
                 since += 1
@@ -441,7 +440,6 @@ def kernels(joints: int, dof: int) -> Kernels:
                     if moves:
                         if since == 0:
                             reference = squared
-                        find_jacobian(chain, s.at)
                         damped_step(chain, s, None, damping + gain * squared, passes)
                         since += 1
                     spent += width

@@ -26,7 +26,6 @@ from baselines.linearise import (
     Linearisation,
     find_error,
     find_frames,
-    find_jacobian,
     new_linearisation,
     set_target,
 )
@@ -145,7 +144,6 @@ def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[
                 since = 0
             if since == 0:
                 reference = squared
-            find_jacobian(chain, s.at)
             damping = options.damping + options.damping_gain * squared
             damped_step(chain, s, None, damping, options.max_active_set_passes)
             iterations += 1

@@ -20,7 +20,6 @@ from baselines.linearise import (
     Linearisation,
     find_error,
     find_frames,
-    find_jacobian,
     new_linearisation,
     set_target,
 )
@@ -93,7 +92,6 @@ def reach_pose(chain, pose, options, biased, t):  # type: ignore[no-untyped-def]
             break
         if attempt == 0 and not biased:
             t.bias[:] = 0.0
-        find_jacobian(chain, t.at)
         damping = options.damping + options.damping_gain * (distance2 + angle2)
         damped_step(chain, t, t.bias, damping, options.max_active_set_passes)
         t.bias[:] = 0.0
