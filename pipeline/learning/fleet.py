@@ -23,13 +23,13 @@ import torch
 from torch import Tensor
 
 from pipeline.learning.batches import Batches
+from pipeline.learning.config import ModelConfig, TrainConfig
 from pipeline.learning.factory import build_network
 from pipeline.learning.fused import FusedCycleLoss
 from pipeline.learning.losses import position_error_mm, rotation_error_deg
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.precision import HIGHEST, MEDIUM, matmul_precision
 from pipeline.learning.rotation import quaternion_from_matrix
-from pipeline.settings import ModelConfig, TrainConfig
 from robots import Robot
 
 WARM_UPS = 3  # PyTorch's advice: libraries ask for memory in their first calls, which no graph may

@@ -15,8 +15,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from pipeline.learning.config import TrainConfig
 from pipeline.learning.rotation import matrix_from_quaternion, quaternion_from_matrix
-from pipeline.settings import TrainConfig
 from robots.chain import Chain
 
 

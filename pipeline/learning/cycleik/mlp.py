@@ -7,8 +7,8 @@ from typing import ClassVar
 import torch
 from torch import Tensor
 
+from pipeline.learning.config import ModelConfig
 from pipeline.learning.networks import POSE_SIZE, GeluTanhLayers, IkNetwork
-from pipeline.settings import ModelConfig
 from robots import Robot
 
 

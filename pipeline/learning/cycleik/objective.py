@@ -5,12 +5,12 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from pipeline.learning.config import TrainConfig
 from pipeline.learning.constraints import make_penalty
 from pipeline.learning.kinematics import make_kinematics
 from pipeline.learning.losses import PoseLoss, tip_errors, winner_takes_most
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.objective import ERRORS_BATCH
-from pipeline.settings import TrainConfig
 from robots import Robot
 
 
