@@ -61,7 +61,7 @@ def _one(job: tuple[Config, str]) -> Path:
     poses = poses[: config.evaluate.poses or None]
     solver, seeder = solver_of(name, robot, config), _seeder(robot, config)
     label = row_name(name, config.evaluate.pinned)
-    code = code_of(__name__, {"solver": [name], "seeder": [seeder.name] if seeder else []})
+    code = code_of(__name__, {"solver": [name], "seeder": [seeder.name] if seeder else []}, config)
     task = EvaluationTask(robot, solver, poses, config.seed, label, seeder=seeder, code=code)
     if not fans_out(config.engine):
         return _evaluate(task, config)

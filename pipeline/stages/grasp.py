@@ -126,7 +126,7 @@ class _Kept:
         self.facts: dict[str, Any] = {"grasp": grasp, "seed": config.seed, **(more or {})}
         solvers = [each for each in (series.solver, series.repair) if each is not None]
         who = [solver_identity(each) for each in solvers]
-        code = code_of(__name__, config.grasp.solvers_by_key())
+        code = code_of(__name__, config.grasp.solvers_by_key(), config)
         made_with = [self.facts, self.robot.urdf_checksum, who, eyes, provenance.versions(), code]
         name = f"{kind}-{self.robot.name}-{provenance.digest(made_with)}.jsonl"
         self.path = artifacts(config).root / "checkpoint" / name

@@ -50,7 +50,7 @@ def run(config: Config) -> list[Path]:
     seed = derive_seed(config.seed, "plan", robot.name)
     everyone = {**solvers, "repair": repair}
     who = {name: solver_identity(each) for name, each in everyone.items() if each is not None}
-    code = code_of(__name__, config.plan.solvers_by_key())
+    code = code_of(__name__, config.plan.solvers_by_key(), config)
     made_with = [to_dict(config.plan), seed, robot.urdf_checksum, who, provenance.made_by(), code]
     path = folders.root / "checkpoint" / f"plan-{robot.name}-{provenance.digest(made_with)}.jsonl"
     total = len(solvers) * config.plan.pairs

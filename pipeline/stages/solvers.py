@@ -35,15 +35,17 @@ def solver_of(name: str, robot: Robot, config: Config) -> Solver:
     )
 
 
-def code_of(module: str, solvers: Mapping[str, Iterable[str]]) -> str:
+def code_of(module: str, solvers: Mapping[str, Iterable[str]], config: Config) -> str:
     """Return a digest of the code behind rows: of a module and of the solvers that answer.
 
     Args:
         module: Name of the module that makes the rows.
         solvers: Names of the solvers, by what they are for; only a YAML names the file of each.
+        config: Of the run, whose settings may name a solver inside another one.
     """
     names = [name for each in solvers.values() for name in each]
-    return source_tree().digest(module, *solver_modules(names))
+    with using(config.solver):
+        return source_tree().digest(module, *solver_modules(names))
 
 
 def solver_modules(names: Iterable[str]) -> tuple[str, ...]:

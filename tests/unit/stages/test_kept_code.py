@@ -77,9 +77,13 @@ def test_a_card_of_weights_does_not_name_the_code_but_a_checkpoint_does(
 
 
 def test_rows_of_other_solvers_are_of_other_code() -> None:
-    alone = solvers.code_of("pipeline.stages.evaluate", {"solver": ["lm"]})
-    assert alone == solvers.code_of("pipeline.stages.evaluate", {"solver": ["lm"], "seeder": []})
-    assert alone != solvers.code_of("pipeline.stages.evaluate", {"solver": ["trac_ik"]})
-    assert alone != solvers.code_of(
-        "pipeline.stages.evaluate", {"s": ["lm"], "seeder": ["cycleik"]}
-    )
+    run = compose()
+
+    def code(*names: str, config: Config = run) -> str:
+        return solvers.code_of("pipeline.stages.evaluate", {"solver": names}, config)
+
+    assert code("lm") == code("lm")
+    assert code("lm") != code("trac_ik")
+    assert code("lm") != code("lm", "cycleik")
+    flow = compose(["solver.cycleik_refined.proposer=flow"])
+    assert code("cycleik_refined", config=flow) != code("cycleik_refined")
