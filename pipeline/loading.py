@@ -44,7 +44,8 @@ def load_solver(
     """
     if is_neural(name):
         named = weights or solver_settings(name)["weights"]
-        folder = Path(named) if named else find_weights(name, robot, profile)
+        proposer = settings.get("proposer", name)  # of a refined solver: whose weights it needs
+        folder = Path(named) if named else find_weights(proposer, robot, profile)
         settings["weights"] = str(folder.parent if folder.is_file() else folder)
     elif weights is not None:
         raise ConfigError(f"solver '{name}' is not neural and takes no weights, got {weights}")

@@ -36,12 +36,12 @@ def run_stage(name: str, config: Config) -> list[Path]:
     """
     stage = STAGES[name]
     module = import_module(stage.module)
-    if hasattr(module, "check"):
-        module.check(config)
-    if "dataset" in stage.inputs:
-        make_dataset(config)
-    config = with_weights(config, stage.solver_names(config))
     with using(config.solver):
+        if hasattr(module, "check"):
+            module.check(config)
+        if "dataset" in stage.inputs:
+            make_dataset(config)
+        config = with_weights(config, stage.solver_names(config))
         return cast(list[Path], module.run(config))
 
 
