@@ -37,9 +37,9 @@ def _walk(
         return
     for key, value in node.value:
         name = f"{prefix}{key.value}"
-        told = inherited if node.flow_style else _comment(key, value, lines)
-        yield name, told
-        yield from _walk(value, f"{name}.", lines, told)
+        comment = inherited if node.flow_style else _comment(key, value, lines)
+        yield name, comment
+        yield from _walk(value, f"{name}.", lines, comment)
 
 
 def _comment(key: yaml.Node, value: yaml.Node, lines: list[str]) -> str:

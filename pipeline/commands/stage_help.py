@@ -27,7 +27,7 @@ def stage_help(name: str, overrides: Sequence[str] = ()) -> str:
 
     Args:
         name: Of a stage of the graph.
-        overrides: Of the run that is asked about; another model has other values.
+        overrides: Of the run in question; another model has other values.
 
     Raises:
         ConfigError: An override that cannot be.
@@ -70,12 +70,12 @@ def read_values(stage: Stage, config: Config, overrides: Sequence[str]) -> dict[
 
 def comments(overrides: Sequence[str]) -> dict[str, str]:
     """Return the comment of each key of a run, from the file where its value stands."""
-    told: dict[str, str] = {}
+    comments_by_key: dict[str, str] = {}
     for source in sources(overrides):
         prefix = f"{source.package}." if source.package else ""
         found = key_comments(source.path).items()
-        told |= {f"{prefix}{key}": text for key, text in found if text}
-    return told
+        comments_by_key |= {f"{prefix}{key}": text for key, text in found if text}
+    return comments_by_key
 
 
 def _kernels(stage: Stage) -> set[str]:
@@ -116,14 +116,14 @@ def _choices(stage: Stage, overrides: Sequence[str]) -> Iterator[str]:
     yield ""
 
 
-def _yaml(node: dict[str, Any], told: dict[str, str], path: str = "") -> Iterator[str]:
+def _yaml(node: dict[str, Any], comments_by_key: dict[str, str], path: str = "") -> Iterator[str]:
     depth = path.count(".")
     for key, value in node.items():
         nested = isinstance(value, dict) and value
         text = f"{'  ' * depth}{key}:" + ("" if nested else f" {_flow(value)}")
-        yield from _commented(text, told.get(f"{path}{key}", ""))
+        yield from _commented(text, comments_by_key.get(f"{path}{key}", ""))
         if nested:
-            yield from _yaml(value, told, f"{path}{key}.")
+            yield from _yaml(value, comments_by_key, f"{path}{key}.")
 
 
 def _flow(value: Any) -> str:
