@@ -97,12 +97,12 @@ def check_budgets(config: Config) -> None:
                 )
 
 
-def weights_told(solver: Solver) -> str:
+def weights_origin(solver: Solver) -> str:
     """Say where the weights of a solver come from; empty for a solver without any."""
-    return told_path(solver.weights) if solver.weights else ""
+    return displayed_path(solver.weights) if solver.weights else ""
 
 
-def told_path(folder: Path) -> str:
+def displayed_path(folder: Path) -> str:
     """Return a path as results have it: relative to the checkout where it lies in there."""
     whole = folder.resolve()
     return str(whole.relative_to(home())) if whole.is_relative_to(home()) else str(whole)

@@ -21,7 +21,7 @@ from pipeline.learning.weights import WeightsError
 from pipeline.loading import find_weights
 from pipeline.locations import need_checkout, results
 from pipeline.packages import missing_parts
-from pipeline.solvers import told_path
+from pipeline.solvers import displayed_path
 from robots import available_robots, load_robot
 from robots.locations import home
 
@@ -96,7 +96,7 @@ def doctor() -> int:
 def _weights_of(name: str) -> str:
     """The trained weights that `load_solver` takes for a robot where none are named."""
     try:
-        return told_path(find_weights("cycleik", load_robot(name)))
+        return displayed_path(find_weights("cycleik", load_robot(name)))
     except (SkippedSolver, WeightsError) as error:
         return str(error)
 
