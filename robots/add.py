@@ -6,11 +6,13 @@ import os
 import re
 import shutil
 import tempfile
+import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 
 from robots.description import FILE, FOLDER, Description
@@ -18,7 +20,9 @@ from robots.errors import RobotError, SamplingError
 from robots.locations import conf_dir
 from robots.robot import Robot, load_robot
 from robots.urdf import Urdf
+from robots.urdf_reader import read_urdf
 from robots.urdf_writer import write_urdf
+from robots.views import default_view
 
 Array = NDArray[np.float64]
 
@@ -27,6 +31,12 @@ CONF = conf_dir() / "robot"
 MODEL = "panda"
 # Random configurations behind the share in collision and the search for a free home.
 SAMPLES = 1000
+# Share of random configurations above which a pair that touches is worth a look, and how many of
+# these configurations are looked at pair by pair.
+OFTEN, PAIR_SAMPLES = 0.5, 300
+# Words that YAML or the command line takes for something else than a name.
+RESERVED = frozenset(("null", "none", "nil", "nan", "inf", "infinity", "true", "false"))
+TRUTH_WORDS = frozenset(("yes", "no", "on", "off"))
 
 
 @dataclass(frozen=True)
@@ -56,8 +66,8 @@ class Report:
 
 def add_robot(
     urdf: str | Path,
-    base: str,
-    tip: str,
+    base: str | None = None,
+    tip: str | None = None,
     name: str | None = None,
     into: Path = FOLDER,
     conf: Path = CONF,
@@ -77,15 +87,20 @@ def add_robot(
 
     Raises:
         UrdfError: If the URDF cannot be used.
-        RobotError: If the name is taken or no name at all.
+        RobotError: If base or tip is missing (the message proposes a chain), or the name is taken
+            or no name at all.
     """
+    if not base or not tip:
+        raise RobotError(_proposal(read_urdf(urdf), base, tip))
     given = load_robot(urdf=urdf, base=base, tip=tip)
-    name = _checked_name(name or given.name, into, conf)
+    name = _checked_name(name, given.urdf.name, into, conf)
     conf_text = _conf_text(name, conf)
     allowed = tuple(given.find_allowed_collisions())
-    description = replace(given.description, name=name, allowed_collisions=allowed)
-    robot = Robot(description)
-    share = float(robot.in_collision(robot.sample(SAMPLES, collision_free=False)).mean())
+    title = given.urdf.name.replace("_", " ")
+    description = replace(given.description, name=name, title=title, allowed_collisions=allowed)
+    robot = Robot(description, given.urdf)
+    samples = robot.sample(SAMPLES, collision_free=False)
+    share = float(robot.in_collision(samples).mean())
     home, problem = _free_home(robot)
     facts = (
         f"{robot.dof} joints from {base} to {tip}: {', '.join(robot.joint_names)}",
@@ -93,28 +108,75 @@ def add_robot(
         f"{len(allowed)} may touch; {share:.0%} of uniform configurations collide",
         "reach of the tip [m]: " + " ".join(f"{v:.2f}" for v in robot.workspace.ravel()),
     )
-    points = [*robot.urdf.notes, *_unknown(robot), *problem]
+    points = [
+        f"{share:.0%} of uniform configurations are in collision",
+        *_touching(robot, samples[:PAIR_SAMPLES]),
+        *robot.urdf.notes,
+        *_unknown(robot),
+        *problem,
+    ]
     into.mkdir(parents=True, exist_ok=True)
+    conf.mkdir(parents=True, exist_ok=True)
     aside = Path(tempfile.mkdtemp(prefix=f".{name}-", dir=into))
+    conf_aside = conf / f".{name}.yaml.{os.getpid()}"
     try:
         _write_folder(aside, robot, home, points)
+        conf_aside.write_text(conf_text, encoding="utf-8")
         aside.chmod(0o755)
         aside.rename(into / name)
+        conf_aside.replace(conf / f"{name}.yaml")
     finally:
         shutil.rmtree(aside, ignore_errors=True)
-    _write_aside(conf / f"{name}.yaml", conf_text)
+        conf_aside.unlink(missing_ok=True)
     return Report(name, into / name, conf / f"{name}.yaml", facts, tuple(points))
 
 
-def _checked_name(name: str, into: Path, conf: Path) -> str:
-    name = re.sub(r"\W+", "_", name.strip()).strip("_").lower()
-    if not name or name[0].isdigit():
-        raise RobotError(
-            f"'{name}' is no name for a robot; give name= letters, digits, underscores"
+def _proposal(urdf: Urdf, base: str | None, tip: str | None) -> str:
+    """Say which links a chain may run between, and propose the longest one."""
+    top = base or urdf.root
+    parents = {joint.parent for joint in urdf.joints.values()}
+    ends = [tip] if tip else [link for link in urdf.links if link not in parents]
+    lengths = {}
+    for end in ends:
+        above = urdf.links_above(end)
+        if end == top or (top in urdf.links and top not in above):
+            continue
+        path = urdf.path_between(top, end)
+        lengths[end] = sum(joint.movable and not joint.mimic for joint in path)
+    missing = " and ".join(f"--{k}" for k, v in (("base", base), ("tip", tip)) if not v)
+    verb = "are" if " and " in missing else "is"
+    if not any(lengths.values()):
+        return (
+            f"{urdf.path}: {missing} {verb} missing; the root is '{urdf.root}', and no joint "
+            f"moves from '{top}' to {', '.join(map(repr, ends))}"
         )
+    order = sorted(lengths, key=lambda end: -lengths[end])
+    listed = ", ".join(f"'{end}' ({lengths[end]} joints)" for end in order[:8])
+    more = f" and {len(order) - 8} more" if len(order) > 8 else ""
+    return (
+        f"{urdf.path}: {missing} {verb} missing; the root is '{urdf.root}', the ends are "
+        f"{listed}{more}; the longest chain is --base '{top}' --tip '{order[0]}'"
+    )
+
+
+def _checked_name(given: str | None, urdf_name: str, into: Path, conf: Path) -> str:
+    """Return a name that is a folder, a Python-like word, and sayable on a command line."""
+    name = unicodedata.normalize("NFC", given or urdf_name).strip()
+    plain = re.sub(r"\W+", "_", name).strip("_").lower()
+    if not plain or plain[0].isdigit() or plain in RESERVED | TRUTH_WORDS:
+        raise RobotError(
+            f"'{name}' is no name for a robot: expected letters, digits and underscores that are "
+            f"no number and no word of YAML; give another one, such as --name robot_{plain}"
+        )
+    if given and re.search(r"[/\\]|^[.]", given):
+        raise RobotError(
+            f"'{name}' is no name for a robot: expected letters, digits and underscores; give "
+            f"another one, such as --name {plain}"
+        )
+    name = plain
     for path in (into / name, conf / f"{name}.yaml"):
         if path.exists():
-            raise RobotError(f"{path} exists already; give another name= or remove it first")
+            raise RobotError(f"{path} exists already; give another --name or remove it first")
     return name
 
 
@@ -123,7 +185,7 @@ def _conf_text(name: str, conf: Path) -> str:
     model = next((p for p in (conf, CONF) if (p / f"{MODEL}.yaml").exists()), CONF)
     lines = (model / f"{MODEL}.yaml").read_text(encoding="utf-8").splitlines()
     kept = [line for line in lines if not line.startswith("#")]
-    kept = [f"name: {name}" if line.startswith("name:") else line for line in kept]
+    kept = [f"name: {_scalar(name)}" if line.startswith("name:") else line for line in kept]
     header = [
         f"# Experiment values of this robot; its description is robots/{name}/{FILE}.",
         f"# The paper has none for it: table_one holds those of {MODEL}, as a start.",
@@ -165,13 +227,24 @@ def _unknown(robot: Robot) -> Iterable[str]:
     if slow := [joint for joint, limit in names if not np.isfinite(limit)]:
         yield f"no velocity limit for {_some(slow)}"
     if endless := [j for j in robot.joint_names if urdf.joints[j].kind == "continuous"]:
-        yield f"{_some(endless)} turn without end and are sampled from -pi to pi"
-    if coupled := [j.name for j in urdf.path_between(robot.base, robot.tip) if j.mimic]:
-        yield f"{_some(coupled)} of the chain mimic others; not every solver can follow"
+        yield f"{_some(endless)} turn without end: sampled from -pi to pi, solved all the way round"
+    yield from robot.followers()
     others = [n for n, j in urdf.joints.items() if j.movable and not j.mimic]
     if still := [n for n in others if n not in robot.joint_names]:
         yield f"held still at zero or the nearer limit: {_some(still)}; see posture in {FILE}"
     yield "the hand is unknown: grasping needs `hand` filled in"
+
+
+def _touching(robot: Robot, samples: Array) -> Iterable[str]:
+    """Pairs that touch in many configurations, the most frequent first, one sentence each."""
+    shares = robot.collision.touching(samples).mean(axis=0)
+    for k in np.argsort(-shares, kind="stable"):
+        if shares[k] > OFTEN:
+            first, second = robot.collision.pairs[k]
+            yield (
+                f"{first} and {second} touch in {shares[k]:.0%} of them: allow the pair in {FILE} "
+                f"if its shapes are only too fat"
+            )
 
 
 def _shapes(urdf: Urdf, link: str) -> bool:
@@ -197,7 +270,8 @@ def _write_folder(folder: Path, robot: Robot, home: Array, points: list[str]) ->
         return meshes[mesh]
 
     name = robot.name
-    (folder / f"{name}.urdf").write_text(write_urdf(robot.urdf, mesh_name=place), "utf-8")
+    xml = write_urdf(robot.urdf, mesh_name=place, continuous=True)
+    (folder / f"{name}.urdf").write_text(xml, "utf-8")
     (folder / FILE).write_text(_description_text(robot.description, robot, home), "utf-8")
     lines = [f"# {robot.description.title}", "", f"From `{robot.urdf_path.name}`. Open points:", ""]
     (folder / "README.md").write_text("\n".join([*lines, *(f"- {p}" for p in points), ""]), "utf-8")
@@ -206,16 +280,17 @@ def _write_folder(folder: Path, robot: Robot, home: Array, points: list[str]) ->
 def _description_text(description: Description, robot: Robot, home: Array) -> str:
     low, high = robot.workspace
     idle = np.clip(home, robot.lower, robot.upper)
-    pairs = [f"  - [{', '.join(map(_quoted, p))}]" for p in description.allowed_collisions or ()]
+    pairs = [f"  - {_scalar(list(p))}" for p in description.allowed_collisions or ()]
+    view = default_view(robot, idle)
     rows = [
         f"# Made from {robot.urdf_path.name} by sampling; everything here may be edited.",
-        f"name: {description.name}",
-        f"title: {_quoted(description.title)}",
-        f"urdf: {description.name}.urdf # relative to this file",
-        f"base: {_quoted(description.base)}",
-        f"tip: {_quoted(description.tip)}",
+        f"name: {_scalar(description.name)}",
+        f"title: {_scalar(description.title)}",
+        f"urdf: {_scalar(description.name + '.urdf')} # relative to this file",
+        f"base: {_scalar(description.base)}",
+        f"tip: {_scalar(description.tip)}",
         "joints: # base to tip",
-        *(f"  - {_quoted(joint)}" for joint in robot.joint_names),
+        *(f"  - {_scalar(joint)}" for joint in robot.joint_names),
         "lower: null # sampling limits [rad or m]; null: the URDF's",
         "upper: null",
         f"home: {_numbers(idle)} # idle configuration [rad or m]",
@@ -226,6 +301,12 @@ def _description_text(description: Description, robot: Robot, home: Array) -> st
         f"allowed_collisions: {'' if pairs else '[] '}# pairs never checked: [link, link, reason]",
         *pairs,
         "hand: null # what grasping needs; see the README of panda or nico",
+        f"picture: # python -m pipeline robot picture {description.name}",
+        f"  target: {_numbers(view.target)} # middle of the picture [m]",
+        f"  distance: {view.distance!r} # from camera to target [m]",
+        f"  yaw: {view.yaw!r} # of the camera about the vertical [deg]",
+        f"  pitch: {view.pitch!r} # of the line of sight, negative looks down [deg]",
+        f"  seed: {view.seed} # of the five random postures",
     ]
     return "\n".join(rows) + "\n"
 
@@ -234,14 +315,7 @@ def _numbers(values: Array) -> str:
     return "[" + ", ".join(repr(float(v)) for v in values) + "]"
 
 
-def _quoted(text: str) -> str:
-    """Return a YAML string; plain where it cannot be mistaken for anything else."""
-    plain = re.fullmatch(r"[A-Za-z_][\w ]*\w", text) and text.lower() not in ("null", "yes", "no")
-    return text if plain else "'" + text.replace("'", "''") + "'"
-
-
-def _write_aside(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(f".{path.name}.{os.getpid()}")
-    aside.write_text(text, encoding="utf-8")
-    aside.replace(path)
+def _scalar(value: str | list[str]) -> str:
+    """Return text as YAML writes it, on one line and quoted where it would read as another type."""
+    written = yaml.safe_dump(value, default_flow_style=True, allow_unicode=True, width=2**20)
+    return str(written).removesuffix("...\n").strip()

@@ -6,6 +6,7 @@ driven joint below which they hang, or -1 for what stands still with the root.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.chain import Drive, turn_to_z
-from robots.urdf import Urdf
+from robots.urdf import Joint, Urdf
 from robots.urdf_writer import joint_motion
 
 Array = NDArray[np.float64]
@@ -99,6 +100,27 @@ def build_bodies(urdf: Urdf, driven: dict[str, Drive]) -> Bodies:
         offset=np.array([drive.offset for drive in chosen]),
     )
     return Bodies(tree, tuple(names), frame, pose)
+
+
+def link_poses(urdf: Urdf, positions: Mapping[str, float]) -> dict[str, Array]:
+    """Pose (4, 4) of every link in the root's frame, m.
+
+    Args:
+        urdf: The robot.
+        positions: Of every joint, rad or m.
+    """
+    poses = {urdf.root: np.eye(4)}
+    below: dict[str, list[Joint]] = {}
+    for joint in urdf.joints.values():
+        below.setdefault(joint.parent, []).append(joint)
+    waiting = [urdf.root]
+    while waiting:
+        link = waiting.pop()
+        for joint in below.get(link, []):
+            motion = joint_motion(joint, positions[joint.name])
+            poses[joint.child] = poses[link] @ joint.origin @ motion
+            waiting.append(joint.child)
+    return poses
 
 
 def adjacent_pairs(urdf: Urdf, bodies: Bodies) -> set[frozenset[str]]:

@@ -35,8 +35,9 @@ class Chain(NamedTuple):
         variable: (m,) index into q of the variable that drives a joint.
         multiplier: (m,) and
         offset: (m,) give the joint position, multiplier x q + offset, in rad or m.
-        lower: (dof,) limits of the variables, rad or m.
-        upper: (dof,) limits of the variables, rad or m.
+        lower: (dof,) where a search stops, rad or m: the limits of the variables, but for those
+            that turn for ever, which have a full turn more on either side (`robots.limits`).
+        upper: (dof,) the same above.
     """
 
     rotations: Array
@@ -70,10 +71,31 @@ def chain_joints(urdf: Urdf, base: str, tip: str) -> list[Joint]:
                 f"{urdf.path}: joint '{joint.name}' between '{base}' and '{tip}' is {joint.kind}; "
                 f"only joints with one degree of freedom can be in the chain"
             )
+        if joint.name in urdf.broken_mimics:
+            raise UrdfError(f"{urdf.path}: {urdf.broken_mimics[joint.name]}")
     independent = [joint for joint in path if joint.movable and joint.mimic is None]
     if not independent:
-        raise UrdfError(f"{urdf.path}: no joint moves between '{base}' and '{tip}'")
+        coupled = [f"'{j.name}' mimics '{j.mimic.joint}'" for j in path if j.mimic]
+        why = f"; {', '.join(coupled)}, which is not between them" if coupled else ""
+        raise UrdfError(f"{urdf.path}: no joint moves between '{base}' and '{tip}'{why}")
     return independent
+
+
+def followers(urdf: Urdf, base: str, tip: str, driven: dict[str, Drive]) -> list[str]:
+    """Say of every coupled joint between base and tip what becomes of it, one sentence each."""
+    sentences = []
+    for joint in urdf.path_between(base, tip):
+        drive = driven[joint.name]
+        if joint.mimic is None or not joint.movable:
+            continue
+        master = f"'{joint.name}' mimics '{joint.mimic.joint}'"
+        if drive.variable >= 0:
+            sentences.append(f"{master}: coupled within the chain, which not every solver can do")
+        else:
+            sentences.append(
+                f"{master}, which the chain does not move: it stands still at {drive.offset:g}"
+            )
+    return sentences
 
 
 def drives(urdf: Urdf, variables: list[str], posture: dict[str, float]) -> dict[str, Drive]:
@@ -115,8 +137,8 @@ def build_chain(
         urdf: The robot.
         base: Link whose frame poses are given in.
         tip: Link whose pose is wanted.
-        lower: (dof,) limits of the independent joints, rad or m.
-        upper: (dof,) limits of the independent joints, rad or m.
+        lower: (dof,) limits of the independent joints as a search has them, rad or m.
+        upper: (dof,) limits of the independent joints as a search has them, rad or m.
         driven: What moves each joint (`drives`).
     """
     constants: list[Array] = []

@@ -17,7 +17,8 @@ def chain_checksum(robot: Robot) -> str:
     Weights are bound to it: they survive an edit of a colour or a comment, but no other chain.
     """
     digest = hashlib.sha256(repr((robot.base, robot.tip, robot.joint_names)).encode())
-    for array in (*robot.chain, robot.lower, robot.upper, robot.workspace):
+    chain = robot.chain._replace(lower=robot.lower, upper=robot.upper)
+    for array in (*chain, robot.lower, robot.upper, robot.workspace):
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
 

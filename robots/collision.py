@@ -7,6 +7,7 @@ a joint connects and pairs that never move against each other are left out in an
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import Any
@@ -100,14 +101,22 @@ class ExactChecker:
                         for n, k in ((first, a), (second, b))
                     ]
                     self.geometry.addCollisionPair(self._library.CollisionPair(*ids))
-        self._data = self.model.createData()
-        self._geometry_data = self.geometry.createData()
+        self._scratch = threading.local()
+
+    def _data(self) -> tuple[Any, Any]:
+        """What Pinocchio writes to; every thread has its own."""
+        data: tuple[Any, Any] | None = getattr(self._scratch, "data", None)
+        if data is None:
+            data = self.model.createData(), self.geometry.createData()
+            self._scratch.data = data
+        return data
 
     def in_collision(self, joints: Array) -> NDArray[np.bool_]:
         """Whether any pair touches, (N,) for (N, dof) in rad or m."""
+        data, geometry_data = self._data()
         answers = [
             self._library.computeCollisions(
-                self.model, self._data, self.geometry, self._geometry_data, position, True
+                self.model, data, self.geometry, geometry_data, position, True
             )
             for position in expand(self.model, self._driven, joints)
         ]
@@ -121,11 +130,12 @@ class ExactChecker:
             pairs: Rows of `Shapes.pair_shapes`.
         """
         position = expand(self.model, self._driven, q[None])[0]
+        data, geometry_data = self._data()
         self._library.updateGeometryPlacements(
-            self.model, self._data, self.geometry, self._geometry_data, position
+            self.model, data, self.geometry, geometry_data, position
         )
         for pair in pairs:
-            yield self._library.computeCollision(self.geometry, self._geometry_data, int(pair))
+            yield self._library.computeCollision(self.geometry, geometry_data, int(pair))
 
     def boxes(self) -> dict[str, Array]:
         """Corners (2, 3) of the box around each shape in its own frame, m, by name."""

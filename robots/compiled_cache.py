@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import tempfile
 from pathlib import Path
 
 import numba.core.config
@@ -43,4 +44,20 @@ def use_own_folder(*packages: str) -> None:
     if not os.environ.get("NUMBA_CACHE_DIR"):
         digest = source_digest(*(ROOT / package for package in packages))
         folder = ROOT / packages[0] / "__pycache__" / f"numba-{digest}"
+        if not _is_writable(folder):
+            # A checkout or an installation of somebody else: the user's own cache, if that can be.
+            folder = _user_cache() / f"{packages[0]}-{digest}"
         numba.core.config.CACHE_DIR = str(folder)
+
+
+def _is_writable(folder: Path) -> bool:
+    """Whether files can be made in a folder, or in what it would be made in."""
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
+
+
+def _user_cache() -> Path:
+    home = os.environ.get("XDG_CACHE_HOME") or str(Path("~").expanduser() / ".cache")
+    folder = Path(home) / "cycleik-bench"
+    return folder if _is_writable(folder) else Path(tempfile.gettempdir()) / "cycleik-bench"

@@ -95,15 +95,15 @@ def read_description(path: Path) -> Description:
     known = {f.name for f in fields(Description)}
     if unknown := sorted(values.keys() - known):
         raise DescriptionError(f"{path}: unknown keys {unknown}, expected among {sorted(known)}")
-    if missing := [k for k in ("name", "title", "urdf", "base", "tip") if not values.get(k)]:
+    if missing := [k for k in ("name", "title", "urdf", "base", "tip") if values.get(k) is None]:
         raise DescriptionError(f"{path}: the keys {missing} are missing")
     reader = _Values(path, values)
     return Description(
-        name=str(values["name"]),
-        title=str(values["title"]),
-        urdf=path.parent / str(values["urdf"]),
-        base=str(values["base"]),
-        tip=str(values["tip"]),
+        name=reader.text("name"),
+        title=reader.text("title"),
+        urdf=path.parent.absolute() / reader.text("urdf"),
+        base=reader.text("base"),
+        tip=reader.text("tip"),
         joints=reader.names("joints"),
         lower=reader.numbers("lower"),
         upper=reader.numbers("upper"),
@@ -124,6 +124,12 @@ class _Values:
         self.path = path
         self.values = values
 
+    def text(self, key: str) -> str:
+        value = self.values[key]
+        if not isinstance(value, str) or not value:
+            raise self._error(key, value, "text; put it in quotes")
+        return value
+
     def numbers(self, key: str) -> Array | None:
         value = self.values.get(key)
         return None if value is None else self._array(key, value, (-1,))
@@ -133,7 +139,7 @@ class _Values:
         if value is None:
             return None
         if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
-            raise self._error(key, value, "a list of names")
+            raise self._error(key, value, "a list of names; put those in quotes that are not text")
         return tuple(value)
 
     def box(self, key: str) -> Array | None:
@@ -151,6 +157,8 @@ class _Values:
         posture = self.mapping("posture") or {}
         if not all(isinstance(v, int | float) and np.isfinite(v) for v in posture.values()):
             raise self._error("posture", posture, "a number for each joint")
+        if not all(isinstance(k, str) for k in posture):
+            raise self._error("posture", posture, "names of joints; put them in quotes")
         return {str(k): float(v) for k, v in posture.items()}
 
     def pairs(self) -> tuple[tuple[str, str, str], ...] | None:

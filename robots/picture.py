@@ -114,11 +114,12 @@ def _renderings(
     robot: Robot, postures: Array, picture: Picture
 ) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.bool_]]]:
     """Pixels (H, W, 3) of each posture, and where the robot is seen (H, W)."""
+    robot.urdf.require_shapes("visual")
     client = pybullet.connect(pybullet.DIRECT)
     try:
         body = pybullet.loadURDF(str(robot.urdf_path), useFixedBase=True, physicsClientId=client)
         for joints in postures:
-            yield _draw(client, body, _positions(robot, joints), picture)
+            yield _draw(client, body, robot.positions(joints), picture)
     finally:
         pybullet.disconnect(client)
 
@@ -129,12 +130,6 @@ def _resolution() -> tuple[int, int]:
 
 def _shrunk(pixels: NDArray[np.uint8]) -> Image.Image:
     return Image.fromarray(pixels).resize(PANEL, Image.Resampling.LANCZOS)
-
-
-def _positions(robot: Robot, joints: Array) -> dict[str, float]:
-    """Positions by joint name: the chain at `joints` (dof,), the posture of the others."""
-    chain = dict(zip(robot.joint_names, joints.tolist(), strict=True))
-    return {**robot.description.posture, **chain}
 
 
 def _draw(
@@ -148,7 +143,8 @@ def _draw(
     view = pybullet.computeViewMatrixFromYawPitchRoll(
         picture.target.tolist(), picture.distance, picture.yaw, picture.pitch, 0, 2
     )
-    lens = pybullet.computeProjectionMatrixFOV(FIELD_OF_VIEW_DEG, width / height, NEAR_M, FAR_M)
+    near, far = min(NEAR_M, picture.distance / 10), max(FAR_M, 3 * picture.distance)
+    lens = pybullet.computeProjectionMatrixFOV(FIELD_OF_VIEW_DEG, width / height, near, far)
     _, _, colours, _, seen = pybullet.getCameraImage(
         width,
         height,

@@ -18,7 +18,10 @@ Array = NDArray[np.float64]
 def reduced_model(
     urdf: Urdf, driven: dict[str, Drive], root: str | None = None, shapes: bool = False
 ) -> tuple[Any, Any]:
-    """Pinocchio model with every joint locked that no variable moves.
+    """Pinocchio model in which only those joints move that a variable moves.
+
+    The others are written as fixed where they stand, rather than locked in a larger model:
+    Pinocchio looks them up by name, and a link may have the same one.
 
     Args:
         urdf: The robot.
@@ -30,30 +33,29 @@ def reduced_model(
         The model and the geometry model (None without shapes).
 
     Raises:
-        UrdfError: If a collision mesh is there but cannot be read.
+        UrdfError: If a collision shape cannot be used.
     """
     import pinocchio  # takes a while, and kinematics can do without
 
-    xml = write_urdf(urdf, root, shapes=shapes)
+    if shapes:
+        urdf.require_shapes("collision")
+    still = {name: drive.offset for name, drive in driven.items() if drive.variable < 0}
+    xml = write_urdf(urdf, root, shapes=shapes, still=still)
     model = pinocchio.buildModelFromXML(xml)
-    locked, position = [], pinocchio.neutral(model)
-    for index, name in enumerate(model.names):
-        if index and driven[name].variable < 0:
-            locked.append(index)
-            position[model.joints[index].idx_q] = driven[name].offset
     if not shapes:
-        return pinocchio.buildReducedModel(model, locked, position), None
+        return model, None
     try:
         geometry = pinocchio.buildGeomFromUrdfString(model, xml, pinocchio.GeometryType.COLLISION)
     except (ValueError, RuntimeError) as error:
         problem = " ".join(str(error).split())
         raise UrdfError(f"{urdf.path}: a collision mesh cannot be read: {problem}") from None
-    model, geometries = pinocchio.buildReducedModel(model, [geometry], locked, position)
-    return model, geometries[0]
+    return model, geometry
 
 
 def chain_model(urdf: Urdf, driven: dict[str, Drive], base: str, tip: str) -> tuple[Any, int]:
     """Pinocchio model from base to tip, its universe being the base.
+
+    Joints beside the path stand still in it, coupled ones included.
 
     Args:
         urdf: The robot.
@@ -65,17 +67,22 @@ def chain_model(urdf: Urdf, driven: dict[str, Drive], base: str, tip: str) -> tu
         The model, with one position per variable in the order of q, and the id of the tip's frame.
 
     Raises:
-        RobotError: If a joint of the subtree is coupled to a variable, which a plain model cannot
+        RobotError: If a joint of the path is coupled to another one, which a plain model cannot
             express.
     """
-    coupled = [n for n, d in driven.items() if d.variable >= 0 and urdf.joints[n].mimic]
+    import pinocchio
+
+    path = {joint.name for joint in urdf.path_between(base, tip)}
+    coupled = [n for n in path if driven[n].variable >= 0 and urdf.joints[n].mimic]
     if coupled:
         raise RobotError(
             f"{urdf.path}: joints {coupled} mimic joints of the chain; a plain Pinocchio model has "
             f"no couplings, use the robot's own kinematics"
         )
-    model, _ = reduced_model(urdf, driven, base)
-    return model, model.getFrameId(tip)
+    on_path = {n: d if n in path else Drive(-1, 0.0, d.offset) for n, d in driven.items()}
+    model, _ = reduced_model(urdf, on_path, base)
+    # A joint may have the name of the tip, too.
+    return model, model.getFrameId(tip, pinocchio.FrameType.BODY)
 
 
 def expand(model: Any, driven: dict[str, Drive], joints: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,14 +11,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robots import kinematics
-from robots.bodies import Bodies, build_bodies
-from robots.chain import Chain, Drive, build_chain, chain_joints, drives
+from robots.arguments import as_floats, shown
+from robots.bodies import Bodies, build_bodies, link_poses
+from robots.chain import Chain, Drive, build_chain, chain_joints, drives, followers
 from robots.collision import CollisionChecker, checked_pairs, find_allowed_pairs
-from robots.description import Description, find_description
-from robots.errors import RobotError
-from robots.limits import check_names, choose_home, narrow
+from robots.description import Description, available_robots, find_description
+from robots.errors import RobotError, UnknownRobotError
+from robots.limits import (
+    FARTHEST,
+    check_names,
+    choose_home,
+    narrow,
+    nearest_turns,
+    search_range,
+)
 from robots.pinocchio_model import chain_model
 from robots.sampling import sample_configurations
+from robots.threads import forked
 from robots.urdf import Urdf
 from robots.urdf_reader import read_urdf
 
@@ -44,18 +54,20 @@ class Robot:
         tip: Link whose pose is meant by "the pose".
         joint_names: Independent joints of the chain.
         dof: Number of independent joints.
-        lower: (dof,) joint limits, rad or m.
+        lower: (dof,) joint limits, rad or m; of a joint that turns for ever, one full turn.
         upper: (dof,) joint limits, rad or m.
+        endless: (dof,) which joints turn for ever.
         velocity_limit: (dof,) rad/s or m/s, infinite where unknown.
         home: (dof,) idle configuration.
         chain: The chain as plain arrays for compiled code.
     """
 
-    def __init__(self, description: Description) -> None:
+    def __init__(self, description: Description, urdf: Urdf | None = None) -> None:
         """Read and check the URDF and what the description adds to it.
 
         Args:
             description: From `robot.yaml` or made by `load_robot`.
+            urdf: Its URDF, where it was read already.
 
         Raises:
             UrdfError: If the URDF cannot be used.
@@ -63,7 +75,7 @@ class Robot:
         """
         self.description = description
         self.name, self.base, self.tip = description.name, description.base, description.tip
-        self.urdf: Urdf = read_urdf(description.urdf)
+        self.urdf: Urdf = read_urdf(description.urdf) if urdf is None else urdf
         joints = chain_joints(self.urdf, self.base, self.tip)
         joints = [joint for joint in joints if joint.name not in description.posture]
         self.joint_names = tuple(joint.name for joint in joints)
@@ -72,25 +84,28 @@ class Robot:
         self.lower = np.array([joint.lower for joint in joints])
         self.upper = np.array([joint.upper for joint in joints])
         self.velocity_limit = np.array([joint.velocity for joint in joints])
-        narrow(description, self.joint_names, self.lower, self.upper)
+        self.endless = narrow(description, joints, self.lower, self.upper)
         self.home = choose_home(description, self.lower, self.upper)
         self._drives: dict[str, Drive] = drives(
             self.urdf, list(self.joint_names), description.posture
         )
-        self.chain: Chain = build_chain(
-            self.urdf, self.base, self.tip, self.lower, self.upper, self._drives
-        )
+        self._range = search_range(self.lower, self.upper, self.endless)
+        self.chain: Chain = self.chain_to(self.tip)
 
-    def __reduce__(self) -> tuple[type[Robot], tuple[Description]]:
-        """Pickle the description only: compiled and C++ objects are made anew."""
-        return (Robot, (self.description,))
+    def __reduce__(self) -> tuple[type[Robot], tuple[Description, Urdf]]:
+        """Pickle what was read: no file is needed again, and C++ objects are made anew."""
+        return (Robot, (self.description, self.urdf))
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, dof={self.dof}, {self.base} to {self.tip})"
 
     def chain_to(self, link: str) -> Chain:
         """The chain from the base to another link; an UrdfError if none is below the base."""
-        return build_chain(self.urdf, self.base, link, self.lower, self.upper, self._drives)
+        return build_chain(self.urdf, self.base, link, *self._range, self._drives)
+
+    def followers(self) -> list[str]:
+        """What becomes of the coupled joints between base and tip, one sentence each."""
+        return followers(self.urdf, self.base, self.tip, self._drives)
 
     @property
     def urdf_path(self) -> Path:
@@ -114,14 +129,62 @@ class Robot:
         position = self.forward_kinematics(samples)[:, :3]
         return np.stack([position.min(axis=0), position.max(axis=0)])
 
+    def link_poses(self, joints: ArrayLike) -> dict[str, Array]:
+        """Pose (4, 4) of every link in the root's frame for one configuration (dof,), m."""
+        return link_poses(self.urdf, self.positions(joints))
+
     @cached_property
     def bodies(self) -> Bodies:
         """All links and the driven joints they hang on."""
         return build_bodies(self.urdf, self._drives)
 
+    def positions(self, joints: ArrayLike) -> dict[str, float]:
+        """Position of every joint of the robot for one configuration, coupled ones included.
+
+        Args:
+            joints: (dof,) rad or m.
+
+        Returns:
+            Joint name to position, rad or m.
+        """
+        q = self.as_joints(joints)[0]
+        return {
+            name: float(drive.multiplier * q[drive.variable] + drive.offset)
+            for name, drive in self._drives.items()
+        }
+
+    def within_limits(self, joints: ArrayLike, slack: float = 0.0) -> NDArray[np.bool_]:
+        """Whether configurations keep every joint within its limits, (N,).
+
+        Args:
+            joints: (N, dof) or (dof,); a joint that turns for ever may be anywhere.
+            slack: How far beyond a limit is still taken for rounding, rad or m.
+        """
+        q = self.as_joints(joints)
+        inside = (q >= self.lower - slack) & (q <= self.upper + slack)
+        return np.asarray((inside | self.endless).all(axis=1))
+
+    def nearest_turns(self, joints: Array, near: Array | None = None) -> Array:
+        """Turn joints that turn for ever by full turns, nearest to a reference.
+
+        Args:
+            joints: (N, dof), rad or m.
+            near: (dof,) or (N, dof) reference; the middle of the limits if not given, so that the
+                result is within them.
+        """
+        middle = (self.lower + self.upper) / 2
+        reference = middle if near is None else near
+        turned = nearest_turns(joints, reference, self.endless, self.lower, self.upper)
+        return turned if near is not None else np.clip(turned, self.lower, self.upper)
+
     @cached_property
     def collision(self) -> CollisionChecker:
-        """Collision checker over the pairs that are not allowed to touch."""
+        """Collision checker over the pairs that are not allowed to touch.
+
+        Raises:
+            UrdfError: A collision shape cannot be used.
+        """
+        self.urdf.require_shapes("collision")
         allowed = self.description.allowed_collisions
         if allowed is None:
             allowed = tuple(self.find_allowed_collisions())
@@ -130,6 +193,7 @@ class Robot:
 
     def find_allowed_collisions(self) -> list[tuple[str, str, str]]:
         """Find the pairs that are adjacent or always touch: what `robot.yaml` may list."""
+        self.urdf.require_shapes("collision")
         samples = self.sample(PAIR_SAMPLES, collision_free=False)
         return find_allowed_pairs(self.urdf, self.bodies, self._drives, samples)
 
@@ -143,7 +207,8 @@ class Robot:
         Returns:
             (N, 7) x y z in m, then the unit quaternion qw qx qy qz with qw >= 0.
         """
-        return kinematics.forward_kinematics(self.chain, self.as_joints(joints), parallel)
+        threads = parallel and not forked()
+        return kinematics.forward_kinematics(self.chain, self.as_joints(joints), threads)
 
     def jacobian(self, joints: ArrayLike) -> Array:
         """Geometric Jacobians at the tip, in axes of the base, linear rows first.
@@ -194,14 +259,21 @@ class Robot:
         """Check and convert joints to a contiguous float64 array (N, dof).
 
         Raises:
-            RobotError: If the last axis is not dof long or the array has other than 1 or 2 axes.
+            RobotError: If they are no finite numbers within `limits.FARTHEST`, the last axis is
+                not dof long, or the array has other than 1 or 2 axes.
         """
-        array = np.ascontiguousarray(joints, dtype=np.float64)
+        array = as_floats(joints, f"joints of '{self.name}'", RobotError)
         if array.ndim == 1 and array.size:
             array = array[None, :]
         if array.ndim != 2 or array.shape[1] != self.dof:
             raise RobotError(
                 f"'{self.name}' expects joints of the shape (N, {self.dof}), got {array.shape}"
+            )
+        if not (np.abs(array) <= FARTHEST).all():
+            row = int(np.argmin((np.abs(array) <= FARTHEST).all(axis=1)))
+            raise RobotError(
+                f"'{self.name}' expects finite joints within {FARTHEST:g} rad or m, got "
+                f"{array[row].tolist()} in row {row}"
             )
         return array
 
@@ -229,6 +301,8 @@ def load_robot(
     if (name is None) == (urdf is None):
         raise RobotError("give either the name of a robot or urdf=, base= and tip=")
     if name is not None:
+        if not isinstance(name, str):
+            raise UnknownRobotError(f"expected the name of a robot, got {shown(name)}")
         if base is not None or tip is not None:
             raise RobotError(
                 f"base and tip of '{name}' stand in its robot.yaml; give urdf= instead"
@@ -236,9 +310,17 @@ def load_robot(
         return Robot(find_description(name))
     assert urdf is not None
     parsed = read_urdf(urdf)
+    for role, link in (("base", base), ("tip", tip)):
+        if not isinstance(link, str | None):
+            raise RobotError(f"expected {role}= to be the name of a link, got {shown(link)}")
     tip = tip or _only_end(parsed)
     title = parsed.name.replace("_", " ")
-    return Robot(Description(parsed.name, title, Path(urdf), base or parsed.root, tip))
+    path = Path(urdf).absolute()  # the robot may go to a process that runs elsewhere
+    name = parsed.name
+    while name in available_robots():
+        name += "_from_urdf"  # weights and results go by name, and those are of another robot
+    description = Description(name, title, path, base or parsed.root, tip)
+    return Robot(description, replace(parsed, path=path))
 
 
 def _only_end(urdf: Urdf) -> str:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.arguments import as_int
 from robots.errors import SamplingError
 
 if TYPE_CHECKING:
@@ -98,6 +99,8 @@ def sample_configurations(
     Raises:
         SamplingError: If count or seed is negative, or nothing passes the filters.
     """
+    count = as_int(count, "the number of samples", SamplingError)
+    seed = as_int(seed, "the seed of the samples", SamplingError)
     if count < 0 or seed < 0:
         raise SamplingError(f"count {count} and seed {seed} must not be negative")
     draw = partial(_chunk, robot, seed=seed, collide=collision_free, box=workspace_filter)

@@ -76,8 +76,9 @@ class Joint:
     Attributes:
         origin: (4, 4) pose of the joint in the frame of the parent link.
         axis: (3,) unit vector in the joint frame.
-        lower: limit, -pi for a continuous joint.
-        upper: limit, +pi for a continuous joint.
+        lower: limit, -pi for a continuous joint, which stands for all turns; -inf where a coupled
+            joint has none.
+        upper: limit, +pi for a continuous joint; +inf where a coupled joint has none.
         velocity: limit in rad/s or m/s, infinite where the file gives none.
         effort: limit in Nm or N, infinite where the file gives none.
     """
@@ -99,6 +100,11 @@ class Joint:
         """Whether the joint has one degree of freedom and room to use it."""
         return self.kind in MOVABLE and self.upper > self.lower
 
+    @property
+    def endless(self) -> bool:
+        """Whether the joint turns for ever, so that full turns make no difference."""
+        return self.kind == "continuous"
+
 
 @dataclass(frozen=True)
 class Urdf:
@@ -106,6 +112,9 @@ class Urdf:
 
     Attributes:
         notes: what was odd but could be dealt with, one sentence each.
+        broken_collisions: collision shapes that cannot be used, one sentence each.
+        broken_visuals: visual shapes that cannot be used, one sentence each.
+        broken_mimics: joints whose coupling leads nowhere, with one sentence each.
         checksum: sha256 of the file, hexadecimal.
     """
 
@@ -116,10 +125,35 @@ class Urdf:
     links: dict[str, Link]
     joints: dict[str, Joint]
     notes: tuple[str, ...] = field(default=())
+    broken_collisions: tuple[str, ...] = field(default=())
+    broken_visuals: tuple[str, ...] = field(default=())
+    broken_mimics: dict[str, str] = field(default_factory=dict)
+
+    def require_shapes(self, kind: str) -> None:
+        """Make sure that every shape of a kind can be used, before somebody relies on them.
+
+        Args:
+            kind: "collision" or "visual".
+
+        Raises:
+            UrdfError: One cannot; kinematics does without.
+        """
+        broken = self.broken_collisions if kind == "collision" else self.broken_visuals
+        if broken:
+            more = f" (and {len(broken) - 1} more like it)" if len(broken) > 1 else ""
+            raise UrdfError(f"{self.path}: {broken[0]}{more}")
 
     def parent_joint(self, link: str) -> Joint | None:
         """Return the joint that carries a link, or nothing for the root."""
         return self._carriers.get(link)
+
+    def links_above(self, link: str) -> list[str]:
+        """Links from the parent of a link up to the root; none if there is no such link."""
+        above = []
+        while (joint := self.parent_joint(link)) is not None:
+            link = joint.parent
+            above.append(link)
+        return above
 
     def path_between(self, base: str, tip: str) -> list[Joint]:
         """Joints from base to tip.

@@ -1,49 +1,39 @@
-"""Checks of a whole URDF: that it is a URDF at all, a tree, and coupled without circles."""
+"""Checks of a whole URDF: that it is a tree, and coupled without circles."""
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 from robots.errors import UrdfError
 from robots.urdf import Joint, Link
 
 
-def has_xacro(root: ElementTree.Element) -> bool:
-    """Whether macros are left where they matter: among links and joints, or inside them."""
-    if any("xacro" in child.tag for child in root):
-        return True
-    parts = [part for child in root if child.tag in ("link", "joint") for part in child.iter()]
-    return any("${" in value or "$(" in value for part in parts for value in part.attrib.values())
+def broken_mimics(joints: dict[str, Joint]) -> dict[str, str]:
+    """Find coupled joints whose masters do not exist or follow themselves in the end.
 
+    Args:
+        joints: All joints by name.
 
-def xacro_error(path: Path) -> UrdfError:
-    """Say that a file is a xacro source."""
-    return UrdfError(
-        f"{path}: has xacro macros left in it, so it is a source of a URDF and not a URDF; "
-        f"expand it first: xacro {path.name} > robot.urdf"
-    )
-
-
-def check_mimics(path: Path, joints: dict[str, Joint]) -> None:
-    """Check that coupled joints follow joints that exist, and not themselves.
-
-    Raises:
-        UrdfError: If they do not.
+    Returns:
+        Joint name to one sentence; nothing where all couplings are sound.
     """
+    broken = {}
     for joint in joints.values():
         seen = [joint.name]
         master = joint
         while master.mimic is not None:
             if master.mimic.joint not in joints:
-                raise UrdfError(
-                    f"{path}: joint '{master.name}' mimics '{master.mimic.joint}', which is no "
-                    f"joint of this file"
+                broken[joint.name] = (
+                    f"joint '{master.name}' mimics '{master.mimic.joint}', which is no joint of "
+                    f"this file"
                 )
+                break
             master = joints[master.mimic.joint]
             if master.name in seen:
-                raise UrdfError(f"{path}: joints mimic in a circle: {' -> '.join(seen)}")
+                broken[joint.name] = f"joints mimic in a circle: {' -> '.join(seen)}"
+                break
             seen.append(master.name)
+    return broken
 
 
 def check_tree(path: Path, links: dict[str, Link], joints: dict[str, Joint]) -> str:

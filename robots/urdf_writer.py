@@ -1,15 +1,15 @@
 """Plain XML from a checked URDF, for parsers that are less forgiving or less careful than ours.
 
 What they stumble over is gone: `<safety_controller>` (pytracik then reads the limits as zero),
-transmissions, Gazebo extensions, `package://`. Continuous joints are written as revolute with
-limits of -pi and pi, so that every library has one number per joint; joints of zero width become
-fixed.
+transmissions, Gazebo extensions, `package://`. For models continuous joints are written as revolute
+with limits of -pi and pi, so that every library has one number per joint; joints of zero width
+become fixed. A coupled joint is written with its coupling as long as its master is written too.
 """
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +20,7 @@ from robots.urdf import Joint, Link, Shape, Urdf
 
 Array = NDArray[np.float64]
 Namer = Callable[[Path], str]
+NO_LIMIT = 1e6
 
 
 def write_urdf(
@@ -27,6 +28,8 @@ def write_urdf(
     root: str | None = None,
     shapes: bool = True,
     mesh_name: Namer = str,
+    still: Mapping[str, float] | None = None,
+    continuous: bool = False,
 ) -> str:
     """XML of a URDF or of the part of it below a link.
 
@@ -35,6 +38,9 @@ def write_urdf(
         root: The link to start from, which becomes the root; the whole tree if not given.
         shapes: Whether to write visual and collision shapes.
         mesh_name: How to write the path of a mesh; the absolute path if not given.
+        still: Positions of joints that are written as fixed there, rad or m; with them, no
+            couplings are written.
+        continuous: Whether to write joints that turn for ever as what they are.
 
     Returns:
         The document, with 17 digits for every number, so that nothing is lost.
@@ -45,7 +51,9 @@ def write_urdf(
         robot.append(_link(urdf.links[link], shapes, mesh_name))
     for joint in urdf.joints.values():
         if joint.parent in links:
-            robot.append(_joint(joint, joint.mimic is not None and _has_master(urdf, joint, links)))
+            coupled = still is None and _has_master(urdf, joint, links)
+            kind = "continuous" if joint.endless and continuous else _plain_kind(joint)
+            robot.append(_joint(joint, kind, coupled, (still or {}).get(joint.name)))
     ElementTree.indent(robot)
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True) + "\n"
 
@@ -109,22 +117,26 @@ def _shape(tag: str, shape: Shape, mesh_name: Namer) -> ElementTree.Element:
     return element
 
 
-def _joint(joint: Joint, coupled: bool) -> ElementTree.Element:
-    fixed = not joint.movable
-    element = ElementTree.Element(
-        "joint",
-        name=joint.name,
-        type="fixed" if fixed else "prismatic" if joint.kind == "prismatic" else "revolute",
-    )
-    element.append(_origin(joint.origin @ stuck_motion(joint) if fixed else joint.origin))
+def _plain_kind(joint: Joint) -> str:
+    return "prismatic" if joint.kind == "prismatic" else "revolute"
+
+
+def _joint(joint: Joint, kind: str, coupled: bool, stands: float | None) -> ElementTree.Element:
+    if stands is None and not joint.movable:
+        stands = joint.lower
+    fixed = stands is not None
+    element = ElementTree.Element("joint", name=joint.name, type="fixed" if fixed else kind)
+    motion = np.eye(4) if stands is None else joint_motion(joint, stands)
+    element.append(_origin(joint.origin @ motion))
     ElementTree.SubElement(element, "parent", link=joint.parent)
     ElementTree.SubElement(element, "child", link=joint.child)
     if fixed:
         return element
     ElementTree.SubElement(element, "axis", xyz=_numbers(joint.axis))
-    # Parsers want finite velocity and effort; a large number says "no limit" to all of them.
     limits = {"lower": joint.lower, "upper": joint.upper}
-    limits |= {k: min(v, 1e6) for k, v in (("velocity", joint.velocity), ("effort", joint.effort))}
+    limits |= {"velocity": joint.velocity, "effort": joint.effort}
+    # Parsers want finite numbers; a large one says "no limit" to all of them.
+    limits = {key: min(max(value, -NO_LIMIT), NO_LIMIT) for key, value in limits.items()}
     ElementTree.SubElement(element, "limit", {k: _numbers((v,)) for k, v in limits.items()})
     if coupled and joint.mimic is not None:
         ElementTree.SubElement(
@@ -135,11 +147,6 @@ def _joint(joint: Joint, coupled: bool) -> ElementTree.Element:
             offset=_numbers((joint.mimic.offset,)),
         )
     return element
-
-
-def stuck_motion(joint: Joint) -> Array:
-    """Return the (4, 4) motion of a joint of zero width, which stands at its one position."""
-    return joint_motion(joint, joint.lower)
 
 
 def joint_motion(joint: Joint, position: float) -> Array:

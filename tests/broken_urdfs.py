@@ -50,11 +50,6 @@ BROKEN = {
         pair(LIMIT + '<origin xyz="0 0"/>'),
         "expected 3 finite numbers",
     ),
-    "mesh missing": (f"<robot>{mesh('gone.stl')}</link></robot>", "mesh 'gone.stl'"),
-    "package missing": (
-        f"<robot>{mesh('package://none/gone.stl')}</link></robot>",
-        "ROS_PACKAGE_PATH",
-    ),
     "unknown joint type": (pair(LIMIT, "screw"), "type 'screw'"),
     "empty file": ("", "empty"),
     "not a robot": ("<sdf/>", "expected <robot>"),
@@ -70,8 +65,24 @@ BROKEN = {
     ),
     "xacro macro": (f"<robot><xacro:arm/>{LINKS}</robot>", "xacro robot.urdf >"),
     "xacro value": ("<robot><link name='${name}'/></robot>", "xacro robot.urdf >"),
-    "shapeless": (
-        "<robot><link name='a'><visual><geometry/></visual></link></robot>",
-        "no box, cylinder, sphere or mesh",
+}
+
+# Links whose shapes cannot be used, which kinematics does not mind, and what the note says.
+SHAPELESS = {
+    "mesh missing": (mesh("gone.stl") + "</link>", "mesh 'gone.stl'"),
+    "package missing": (mesh("package://none/gone.stl") + "</link>", "ROS_PACKAGE_PATH"),
+    "web address": (mesh("https://a.b/c.stl") + "</link>", "only files and package://"),
+    "no geometry": ("<link name='a'><collision/></link>", "has no <geometry>"),
+    "nothing in it": (
+        "<link name='a'><collision><geometry/></collision></link>",
+        "no box, cylinder, sphere, capsule or mesh, but nothing",
+    ),
+    "unknown shape": (
+        "<link name='a'><collision><geometry><cone/></geometry></collision></link>",
+        "but <cone>",
+    ),
+    "negative size": (
+        "<link name='a'><collision><geometry><sphere radius='-1'/></geometry></collision></link>",
+        "negative size",
     ),
 }

@@ -8,7 +8,7 @@ import pytest
 
 from pipeline.__main__ import main
 from robots.add import add_robot
-from tests.broken_urdfs import BROKEN, LINKS, joint
+from tests.broken_urdfs import BROKEN, LINKS, SHAPELESS, joint
 
 ELBOW = f"<robot name='r'>{LINKS}{joint()}</robot>"
 # What the file says (None: it is a folder), base, tip and a word that the sentence must say.
@@ -23,10 +23,13 @@ CASES: dict[str, tuple[str | None, str, str, str]] = {
             "NaN limit",
             "lower above upper",
             "zero axis",
-            "mesh missing",
             "unknown joint type",
             "empty file",
         )
+    },
+    **{
+        case: (f"<robot>{link}<link name='b'/>{joint()}</robot>", "a", "b", expected)
+        for case, (link, expected) in SHAPELESS.items()
     },
     "tip not under base": (ELBOW, "b", "a", "not below the base 'b'"),
     "a directory": (None, "a", "b", "a folder"),
@@ -55,5 +58,5 @@ def test_robot_add_says_one_sentence_and_writes_nothing(
     assert list(tmp_path.rglob("*")) == [path]
 
 
-def test_twelve_kinds_of_fault_are_tried() -> None:
-    assert len(CASES) == 12
+def test_eighteen_kinds_of_fault_are_tried() -> None:
+    assert len(CASES) == 18
