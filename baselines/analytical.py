@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from baselines.checks import positive_settings
 from baselines.protocol import NO_SOLUTION, Answer, Clock, QuerySolver
 from baselines.transforms import pose_matrix
 
@@ -32,8 +34,13 @@ class AnalyticalSolver(QuerySolver):
 
     def __init__(self, robot: Robot, *, limit_tolerance: float, matrix_tolerance: float) -> None:
         super().__init__(robot)
-        self.limit_tolerance = limit_tolerance
-        self.matrix_tolerance = matrix_tolerance
+        tolerances = positive_settings(
+            {"limit_tolerance": limit_tolerance, "matrix_tolerance": matrix_tolerance}
+        )
+        self.limit_tolerance, self.matrix_tolerance = tolerances.values()
+        # Three entries make a distance; nine make a rotation's chord, 2 sqrt(2) sin(angle / 2).
+        chord = min(3.0 * self.matrix_tolerance / math.sqrt(8.0), 1.0)
+        self.tolerances = (math.sqrt(3.0) * self.matrix_tolerance, 2.0 * math.asin(chord))
 
     @abstractmethod
     def _candidates(self, target: Array, initial: Array) -> Array:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from baselines import bio_ik_kernel
 from baselines.bio_ik_kernel import BioOptions
-from baselines.errors import SettingError
+from baselines.checks import count_settings, positive_settings
 from baselines.protocol import OUT_OF_ITERATIONS, OUT_OF_TIME, Budget, Solution, Solver
 
 if TYPE_CHECKING:
@@ -41,10 +41,19 @@ class BioIk(Solver):
         self, robot: Robot, *, time_s: float | None, iterations: int | None, **options: Any
     ) -> None:
         super().__init__(robot, time_s=time_s, iterations=iterations)
-        self._options = BioOptions(**options, iterations=UNLIMITED, time_ns=0)
+        # The kernel is compiled for these types; others would have it compiled again.
+        sizes = ("position_tolerance_m", "rotation_tolerance_rad", "rotation_weight")
         counts = ("species", "children", "generations", "patience")
-        if min(getattr(self._options, field) for field in counts) < 1:
-            raise SettingError(f"bio_ik: {', '.join(counts)} must each be at least 1")
+        none_too = ("line_searches", "mutation_octaves")
+        checked: dict[str, Any] = {
+            **positive_settings({key: options.pop(key) for key in sizes}),
+            **count_settings({key: options.pop(key) for key in counts}),
+            **count_settings({key: options.pop(key) for key in none_too}, least=0),
+        }
+        self._options = BioOptions(**checked, **options, iterations=UNLIMITED, time_ns=0)
+        self.position_tolerance_m = self._options.position_tolerance_m
+        self.rotation_tolerance_rad = self._options.rotation_tolerance_rad
+        self.tolerances = (self.position_tolerance_m, self.rotation_tolerance_rad)
 
     def _solve_batch(
         self,

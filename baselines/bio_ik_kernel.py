@@ -91,20 +91,21 @@ def _evolve(chain, pose, initial, options, at, s, timespec, best):  # type: igno
     least, distance2, angle2 = _measure(
         chain, pose, initial, at, options.rotation_weight * options.rotation_weight
     )
+    position2, rotation2 = options.position_tolerance_m**2, options.rotation_tolerance_rad**2
     steps = 0
+    if distance2 <= position2 and angle2 <= rotation2:
+        return FOUND, steps
     while True:
         for k in range(options.species):
-            if (
-                distance2 <= options.position_tolerance_m**2
-                and angle2 <= options.rotation_tolerance_rad**2
-            ):
-                return FOUND, steps
             if steps >= options.iterations:
                 return OUT_OF_ITERATIONS, steps
             if options.time_ns > 0 and now_ns(timespec) - began >= options.time_ns:
                 return OUT_OF_TIME, steps
             counter, distance2, angle2 = _step(chain, pose, options, key, counter, at, s, k)
             steps += 1
+            if distance2 <= position2 and angle2 <= rotation2:
+                best[:] = s.genes[k, 0]  # another one may cost less, yet be outside a tolerance
+                return FOUND, steps
             if s.cost[k] < least:
                 least = s.cost[k]
                 best[:] = s.genes[k, 0]

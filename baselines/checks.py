@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from baselines.errors import InitialError, PoseError
+from baselines.errors import InitialError, PoseError, SettingError
+from robots.arguments import as_float, as_floats, as_int
+from robots.limits import FARTHEST, nearest_turns
 
 # Poses often pass through float32; a quaternion is further off only if something is wrong.
 UNIT_TOLERANCE = 1e-3
+# More threads than any machine has are a slip.
+MOST_THREADS = 4096
 
 
 def check_poses(poses: ArrayLike) -> NDArray[np.float64]:
@@ -19,12 +26,14 @@ def check_poses(poses: ArrayLike) -> NDArray[np.float64]:
             counts as N = 0.
 
     Returns:
-        (N, 7) float64 copy with quaternions normalised.
+        (N, 7) float64 copy with quaternions normalised. Positions that no robot reaches are drawn
+        in along their direction to `robots.limits.FARTHEST`, whose square is still a number.
 
     Raises:
-        PoseError: Wrong shape, a value that is not finite, or a quaternion that is not unit.
+        PoseError: No real numbers, wrong shape, a value that is not finite, or a quaternion that
+            is not unit.
     """
-    array = np.array(poses, dtype=np.float64)
+    array = as_floats(poses, "poses", PoseError).copy()
     if array.size == 0:
         return np.empty((0, 7))
     if array.ndim != 2 or array.shape[1] != 7:
@@ -36,7 +45,8 @@ def check_poses(poses: ArrayLike) -> NDArray[np.float64]:
     if not finite.all():
         row = int(np.argmin(finite))
         raise PoseError(f"pose {row} has a value that is not finite (NaN or inf): {array[row]}")
-    norm = np.linalg.norm(array[:, 3:], axis=1)
+    with np.errstate(over="ignore"):
+        norm = np.linalg.norm(array[:, 3:], axis=1)
     unit = np.abs(norm - 1.0) <= UNIT_TOLERANCE
     if not unit.all():
         row = int(np.argmin(unit))
@@ -45,6 +55,9 @@ def check_poses(poses: ArrayLike) -> NDArray[np.float64]:
             "quaternion, scalar first; divide it by its norm"
         )
     array[:, 3:] /= norm[:, None]
+    largest = np.abs(array[:, :3]).max(axis=1)
+    far = largest > FARTHEST
+    array[far, :3] *= FARTHEST / largest[far, None]
     return array
 
 
@@ -54,6 +67,7 @@ def check_initial(
     home: NDArray[np.float64],
     lower: NDArray[np.float64],
     upper: NDArray[np.float64],
+    endless: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float64]:
     """Make one initial guess per pose, moved into the joint limits.
 
@@ -63,19 +77,78 @@ def check_initial(
         home: (dof,) the robot's idle configuration.
         lower: (dof,) lower joint limits.
         upper: (dof,) upper joint limits.
+        endless: (dof,) which joints turn for ever and so by full turns; none if not given.
 
     Returns:
         (N, dof) float64 inside the limits.
 
     Raises:
-        InitialError: Wrong shape or a value that is not finite.
+        InitialError: No real numbers, wrong shape or a value that is not finite.
     """
     dof = home.shape[0]
-    array = np.asarray(home if initial is None else initial, dtype=np.float64)
+    array = as_floats(home if initial is None else initial, "initial joints", InitialError)
     if array.shape not in ((dof,), (count, dof)):
         raise InitialError(
             f"expected initial joints of shape ({dof},) or ({count}, {dof}), got {array.shape}"
         )
     if not np.isfinite(array).all():
         raise InitialError("initial joints have a value that is not finite (NaN or inf)")
-    return np.clip(np.broadcast_to(array, (count, dof)), lower, upper)
+    rows = np.broadcast_to(array, (count, dof))
+    if endless is not None and endless.any():
+        near = np.where(np.abs(rows) <= FARTHEST, rows, 0.0)
+        turned = nearest_turns(near, (lower + upper) / 2, endless, lower, upper)
+        rows = np.where(endless, turned, rows)
+    return np.clip(rows, lower, upper)
+
+
+def positive_settings(values: Mapping[str, object]) -> dict[str, float]:
+    """Check settings that must be finite numbers above zero.
+
+    Raises:
+        SettingError: One is not.
+    """
+    checked = {key: as_float(value, key, SettingError) for key, value in values.items()}
+    for key, value in checked.items():
+        if not 0.0 < value < math.inf:
+            raise SettingError(f"expected {key} to be a finite number above 0, got {value:g}")
+    return checked
+
+
+def damping_settings(damping: object, damping_gain: object) -> tuple[float, float]:
+    """Check the damping of a descent: neither part below zero, and not both zero.
+
+    Raises:
+        SettingError: They are, or no finite numbers.
+    """
+    parts = as_float(damping, "damping", SettingError), as_float(damping_gain, "gain", SettingError)
+    if not (min(parts) >= 0.0 and 0.0 < sum(parts) < math.inf):
+        raise SettingError(
+            f"expected damping and its gain to be finite, not below 0 and not both 0, got "
+            f"{parts[0]:g} and {parts[1]:g}"
+        )
+    return parts
+
+
+def count_settings(values: Mapping[str, object], least: int = 1) -> dict[str, int]:
+    """Check settings that must be whole numbers of at least `least`.
+
+    Raises:
+        SettingError: One is not.
+    """
+    checked = {key: as_int(value, key, SettingError) for key, value in values.items()}
+    for key, value in checked.items():
+        if not least <= value < 2**62:
+            raise SettingError(f"expected {key} to be at least {least}, got {value}")
+    return checked
+
+
+def thread_setting(threads: object) -> int:
+    """Check a number of threads: 0 for all there are, or a number that a machine may have.
+
+    Raises:
+        SettingError: It is neither.
+    """
+    count = as_int(threads, "threads", SettingError)
+    if not 0 <= count <= MOST_THREADS:
+        raise SettingError(f"expected threads of 0 (all) to {MOST_THREADS}, got {count}")
+    return count

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from baselines.errors import SettingError
+from baselines.checks import count_settings, positive_settings
 from baselines.protocol import Answer, Clock, QuerySolver
 from baselines.restarts import restart_configurations
 
@@ -43,12 +43,16 @@ class DescentSolver(QuerySolver):
         iterations: int | None,
     ) -> None:
         super().__init__(robot, time_s=time_s, iterations=iterations)
-        if patience < 1:
-            raise SettingError(f"expected patience of at least 1 iteration, got {patience}")
-        self.position_tolerance_m = position_tolerance_m
-        self.rotation_tolerance_rad = rotation_tolerance_rad
+        tolerances = positive_settings(
+            {
+                "position_tolerance_m": position_tolerance_m,
+                "rotation_tolerance_rad": rotation_tolerance_rad,
+            }
+        )
+        self.position_tolerance_m, self.rotation_tolerance_rad = tolerances.values()
+        self.tolerances = (self.position_tolerance_m, self.rotation_tolerance_rad)
         self.restarts = restarts
-        self.patience = patience
+        self.patience = count_settings({"patience": patience})["patience"]
 
     @abstractmethod
     def _aim(self, pose: NDArray[np.float64]) -> None:
@@ -79,6 +83,8 @@ class DescentSolver(QuerySolver):
         while True:
             self._place(start)
             reason, squared = self._descend(clock)
+            if reason == "":  # another descent may have less error in sum, yet outside a tolerance
+                return Answer(self._joints(), reason)
             if squared < best:
                 best, best_joints = squared, self._joints()
             if reason != STALLED or not self.restarts:

@@ -7,6 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from baselines.checks import (
+    count_settings,
+    damping_settings,
+    positive_settings,
+    thread_setting,
+)
 from baselines.lm_kernel import LmOptions
 from baselines.protocol import Budget, Solution, Solver
 from baselines.refine import refine
@@ -39,8 +45,26 @@ class LevenbergMarquardt(Solver):
         **options: Any,
     ) -> None:
         super().__init__(robot, time_s=time_s, iterations=iterations)
-        self.threads = threads
-        self._options = LmOptions(**options, iterations=UNLIMITED, starts=UNLIMITED, time_ns=0)
+        self.threads = thread_setting(threads)
+        # The kernel is compiled for these types; others would have it compiled again.
+        sizes = ("position_tolerance_m", "rotation_tolerance_rad")
+        damping, gain = damping_settings(options.pop("damping"), options.pop("damping_gain"))
+        checked: dict[str, Any] = {
+            **positive_settings({key: options.pop(key) for key in sizes}),
+            **count_settings({"patience": options.pop("patience")}),
+            **count_settings({key: options.pop(key) for key in list(options)}, least=0),
+        }
+        self._options = LmOptions(
+            **checked,
+            damping=damping,
+            damping_gain=gain,
+            iterations=UNLIMITED,
+            starts=UNLIMITED,
+            time_ns=0,
+        )
+        self.position_tolerance_m = self._options.position_tolerance_m
+        self.rotation_tolerance_rad = self._options.rotation_tolerance_rad
+        self.tolerances = (self.position_tolerance_m, self.rotation_tolerance_rad)
 
     def options(self, budget: Budget | None) -> LmOptions:
         """The kernel's options under a budget."""

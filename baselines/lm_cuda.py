@@ -115,6 +115,7 @@ class LmCuda:
             raise SettingError("a CUDA device heeds a budget of iterations only, got time_s")
         library = empty_seed_library(robot.dof) if library is None else library
         self.dof, self.way, self.lanes = robot.dof, way, lanes
+        self._turned = robot.nearest_turns
         self.captured = captured
         self.remembers = len(library.joints) > 0
         self.near = min(near, lm_cuda_kernels.WARP)
@@ -323,4 +324,4 @@ class LmCuda:
     def _refined(self, joints: Array, facts: Array, seconds: float) -> Refined:
         status, iterations, starts = facts.astype(np.int64)
         time_s = np.full(len(joints), seconds / max(len(joints), 1))
-        return Refined(joints, status, iterations, starts, time_s)
+        return Refined(self._turned(joints), status, iterations, starts, time_s)

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines.chain_urdf import chain_urdf
+from baselines.checks import damping_settings, positive_settings
 from baselines.descent import DescentSolver
+from robots.serial_urdf import TIP
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -44,12 +46,14 @@ class Mink(DescentSolver):
 
         super().__init__(robot, **descent)
         self.qp_solver = qp_solver
+        limit_gain = positive_settings({"limit_gain": limit_gain})["limit_gain"]
+        lm_damping = damping_settings(lm_damping, 1.0)[0]
         self._mink = mink
         xml = chain_urdf(robot).replace("</robot>", COMPILER + "</robot>")
         self._model = mujoco.MjModel.from_xml_string(xml)
         self._configuration = mink.Configuration(self._model)
         self._task = mink.FrameTask(
-            robot.tip, "body", position_cost=1.0, orientation_cost=1.0, lm_damping=lm_damping
+            TIP, "body", position_cost=1.0, orientation_cost=1.0, lm_damping=lm_damping
         )
         self._limits = [mink.ConfigurationLimit(self._model, gain=limit_gain)]
 
@@ -67,7 +71,7 @@ class Mink(DescentSolver):
     def _errors(self) -> tuple[float, float]:
         error = self._task.compute_error(self._configuration)
         # The error is the logarithm of a transform, whose linear part is not the distance.
-        tip = self._configuration.get_transform_frame_to_world(self.robot.tip, "body")
+        tip = self._configuration.get_transform_frame_to_world(TIP, "body")
         distance = tip.translation() - self._goal
         return math.sqrt(distance @ distance), math.sqrt(error[3:] @ error[3:])
 

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines.chain_urdf import chain_urdf
+from baselines.checks import damping_settings, positive_settings
 from baselines.descent import DescentSolver
 from baselines.transforms import pose_matrix
+from robots.serial_urdf import TIP
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -43,13 +45,15 @@ class Pink(DescentSolver):
 
         super().__init__(robot, **descent)
         self.qp_solver = qp_solver
+        limit_gain = positive_settings({"limit_gain": limit_gain})["limit_gain"]
+        lm_damping = damping_settings(lm_damping, 1.0)[0]
         self._pink, self._se3 = pink, pinocchio.SE3
         self._model = pinocchio.buildModelFromXML(chain_urdf(robot))
         self._configuration = pink.Configuration(
             self._model, self._model.createData(), np.asarray(robot.home, dtype=np.float64)
         )
         self._task = pink.tasks.FrameTask(
-            robot.tip, position_cost=1.0, orientation_cost=1.0, lm_damping=lm_damping
+            TIP, position_cost=1.0, orientation_cost=1.0, lm_damping=lm_damping
         )
         # Velocity limits do not belong to a static problem.
         self._limits = [pink.limits.ConfigurationLimit(self._model, config_limit_gain=limit_gain)]

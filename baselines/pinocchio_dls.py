@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
+from baselines.checks import damping_settings
 from baselines.descent import DescentSolver
 
 if TYPE_CHECKING:
@@ -37,8 +38,7 @@ class PinocchioDls(DescentSolver):
         self, robot: Robot, *, damping: float, damping_gain: float, **descent: Any
     ) -> None:
         super().__init__(robot, **descent)
-        self.damping = damping
-        self.damping_gain = damping_gain
+        self.damping, self.damping_gain = damping_settings(damping, damping_gain)
         self._model, self._frame = robot.pinocchio()
         self._data = self._model.createData()
         self._error = np.empty(6)
@@ -69,6 +69,7 @@ class PinocchioDls(DescentSolver):
     def _step(self) -> None:
         """Jᵀ (J Jᵀ + λ I)⁻¹ e, clamped to the limits."""
         jacobian = pinocchio.computeFrameJacobian(self._model, self._data, self._q, self._frame)
+        jacobian = jacobian.reshape(6, -1)  # the library gives a vector for a single joint
         normal = jacobian @ jacobian.T
         normal.flat[::7] += self.damping + self.damping_gain * (self._error @ self._error)
         step = jacobian.T @ np.linalg.solve(normal, self._error)

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines.chain_urdf import chain_urdf_file
+from baselines.checks import positive_settings
 from baselines.descent import DescentSolver
 from baselines.transforms import pose_matrix
+from robots.serial_urdf import JOINT, TIP
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -31,14 +33,15 @@ class Placo(DescentSolver):
         import placo
 
         super().__init__(robot, **descent)
+        regularization = positive_settings({"regularization": regularization})["regularization"]
         with chain_urdf_file(robot) as urdf:
             self._robot = placo.RobotWrapper(str(urdf), placo.Flags.ignore_collisions)
-        first = self._robot.get_joint_offset(robot.joint_names[0])
+        first = self._robot.get_joint_offset(JOINT.format(0))
         self._slice = slice(first, first + robot.dof)
         self._solver = placo.KinematicsSolver(self._robot)
         self._solver.mask_fbase(True)
         self._solver.enable_velocity_limits(False)
-        self._task = self._solver.add_frame_task(robot.tip, np.eye(4))
+        self._task = self._solver.add_frame_task(TIP, np.eye(4))
         self._task.configure("tip", "soft", 1.0, 1.0)
         self._position = self._task.position()
         self._rotation = self._task.orientation()

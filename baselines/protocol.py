@@ -6,18 +6,24 @@ time), names the packages it needs in `requires`, and says in `budgets` which bu
 
 from __future__ import annotations
 
+import copy
 import importlib.util
+import math
+import threading
 import time
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baselines.checks import check_initial, check_poses
 from baselines.errors import BudgetError
+from robots.arguments import as_float, as_int
+from robots.limits import search_range
+from robots.rotations import rotation_angle
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -25,6 +31,13 @@ if TYPE_CHECKING:
 OUT_OF_TIME = "out of time"
 OUT_OF_ITERATIONS = "out of iterations"
 NO_SOLUTION = "no solution"
+OUTSIDE_TOLERANCE = "outside the tolerance"
+# Longer budgets, about 30 years and 2^62 iterations, are no limits and would not fit 64 bits.
+LONGEST_S, MOST_ITERATIONS = 1e9, 2**62
+# What two ways to compute a tip pose may differ by, a share of the tolerance and absolutely.
+ROUNDING, LEAST_ROUNDING = 1e-6, 1e-9
+# What a solver is made with again, beside its arguments.
+_KEPT = ("name", "settings", "budget", "weights")
 
 
 @dataclass(frozen=True)
@@ -42,10 +55,16 @@ class Budget:
     def __post_init__(self) -> None:
         if self.time_s is None and self.iterations is None:
             raise BudgetError("a budget needs time_s [s], iterations or both, got neither")
-        if self.time_s is not None and not 0 < self.time_s < float("inf"):
-            raise BudgetError(f"expected a budget time_s > 0 s, got {self.time_s}")
-        if self.iterations is not None and self.iterations < 1:
-            raise BudgetError(f"expected a budget of at least 1 iteration, got {self.iterations}")
+        if self.time_s is not None:
+            seconds = as_float(self.time_s, "time_s of a budget", BudgetError)
+            if not 0 < seconds < math.inf:
+                raise BudgetError(f"expected a budget time_s > 0 s, got {self.time_s}")
+            object.__setattr__(self, "time_s", min(seconds, LONGEST_S))
+        if self.iterations is not None:
+            count = as_int(self.iterations, "iterations of a budget", BudgetError)
+            if count < 1:
+                raise BudgetError(f"expected a budget of at least 1 iteration, got {count}")
+            object.__setattr__(self, "iterations", min(count, MOST_ITERATIONS))
 
 
 @dataclass(frozen=True)
@@ -93,6 +112,10 @@ class Solver(ABC):
         always_answers: Whether every answer counts with its own error, found or not, as a network's
             does in the paper.
         robot: The robot that it solves for.
+        lower: (dof,) where its search stops, rad or m (`Chain.lower`).
+        upper: (dof,) the same above.
+        tolerances: Largest distance [m] and rotation angle [rad] of what it calls found, infinite
+            where a subclass judges by itself.
         budget: Used where `solve` gets none.
         settings: Its YAML with overrides, as the registry made it; empty where made by hand.
         weights: Folder of the trained weights that the registry made it with; None for a solver
@@ -105,16 +128,28 @@ class Solver(ABC):
     budgets: ClassVar[frozenset[str]] = frozenset({"time_s", "iterations"})
     mimics: ClassVar[bool] = True
     always_answers: bool = False
+    _made_with: tuple[tuple[Any, ...], dict[str, Any]]
+
+    def __new__(cls, *arguments: Any, **settings: Any) -> Self:
+        """Keep what the solver is made with, so that it can be made again elsewhere."""
+        solver = super().__new__(cls)
+        solver._made_with = (arguments, settings)
+        return solver
 
     def __init__(
         self, robot: Robot, *, time_s: float | None = None, iterations: int | None = None
     ) -> None:
         self.robot = robot
         self.settings: dict[str, Any] = {}
-        self.lower = np.array(robot.lower, dtype=np.float64)
-        self.upper = np.array(robot.upper, dtype=np.float64)
+        self.lower, self.upper = search_range(robot.lower, robot.upper, robot.endless)
+        self.tolerances = (math.inf, math.inf)
         unbounded = time_s is None and iterations is None
         self.budget = None if unbounded else self._validated_budget(Budget(time_s, iterations))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle and copy a solver as what it was made with: libraries' objects are made anew."""
+        kept = {key: self.__dict__[key] for key in _KEPT if key in self.__dict__}
+        return _made_again, (type(self), *self._made_with), kept
 
     @classmethod
     def skip(cls, robot: Robot | None = None) -> str | None:
@@ -134,7 +169,8 @@ class Solver(ABC):
         Args:
             poses: (N, 7) targets in the base frame, x y z in m, then unit qw qx qy qz.
             initial: (dof,) or (N, dof) initial guess [rad or m], moved into the limits; the
-                robot's home if None.
+                robot's home if None. Joints that turn for ever come back within half a turn of
+                it, or within their limits if None.
             budget: Cost allowed per pose; the solver's own (its YAML) if None.
 
         Returns:
@@ -146,13 +182,39 @@ class Solver(ABC):
             BudgetError: A budget of a kind that this solver does not heed.
         """
         targets = check_poses(poses)
+        robot = self.robot
         seeds = check_initial(
-            initial, len(targets), np.asarray(self.robot.home), self.lower, self.upper
+            initial, len(targets), robot.home, robot.lower, robot.upper, robot.endless
         )
         chosen = self.budget if budget is None else self._validated_budget(budget)
         if len(targets) == 0:
             return Solution.empty(0, self.robot.dof)
-        return self._solve_batch(targets, seeds, chosen)
+        return self._nearest_turns(self._solve_batch(targets, seeds, chosen), initial)
+
+    def _nearest_turns(self, solution: Solution, initial: ArrayLike | None) -> Solution:
+        """Turn joints that turn for ever to where they are nearest to the initial guess."""
+        if not self.robot.endless.any():
+            return solution
+        near = None if initial is None else np.asarray(initial, dtype=np.float64)
+        return replace(solution, joints=self.robot.nearest_turns(solution.joints, near))
+
+    def _only_true_claims(self, solution: Solution, poses: NDArray[np.float64]) -> Solution:
+        """Take back claims for joints whose tip is outside the tolerances, as we compute it.
+
+        A library may judge by another measure, or before a joint was moved into its limits.
+        """
+        if not solution.found.any():
+            return solution
+        reached = self.robot.forward_kinematics(solution.joints)
+        distance = np.linalg.norm(reached[:, :3] - poses[:, :3], axis=1)
+        angle = rotation_angle(reached[:, 3:], poses[:, 3:])
+        room = [limit * (1.0 + ROUNDING) + LEAST_ROUNDING for limit in self.tolerances]
+        true = (distance <= room[0]) & (angle <= room[1])
+        reasons = tuple(
+            OUTSIDE_TOLERANCE if claimed and not held else reason
+            for claimed, held, reason in zip(solution.found, true, solution.reason, strict=True)
+        )
+        return replace(solution, found=solution.found & true, reason=reasons)
 
     @abstractmethod
     def _solve_batch(
@@ -171,6 +233,10 @@ class Solver(ABC):
                 f"{' or '.join(sorted(self.budgets))}, got only {' and '.join(sorted(given))}"
             )
         return budget
+
+
+def _made_again(kind: type[Solver], arguments: tuple[Any, ...], settings: dict[str, Any]) -> Solver:
+    return kind(*arguments, **settings)
 
 
 class Clock:
@@ -213,7 +279,25 @@ class Answer:
 
 
 class QuerySolver(Solver):
-    """A solver that answers one pose at a time; the clock runs per query."""
+    """A solver that answers one pose at a time; the clock runs per query.
+
+    What it works in belongs to the thread that made it; another thread works in a copy of its own.
+    """
+
+    def __init__(
+        self, robot: Robot, *, time_s: float | None = None, iterations: int | None = None
+    ) -> None:
+        super().__init__(robot, time_s=time_s, iterations=iterations)
+        self._owner = threading.get_ident()
+        self._copies = threading.local()
+
+    def _of_this_thread(self) -> QuerySolver:
+        if threading.get_ident() == self._owner:
+            return self
+        if not hasattr(self._copies, "solver"):
+            self._copies.solver = copy.copy(self)
+        solver: QuerySolver = self._copies.solver
+        return solver
 
     def _solve_batch(
         self,
@@ -221,6 +305,15 @@ class QuerySolver(Solver):
         initial: NDArray[np.float64],
         budget: Budget | None,
     ) -> Solution:
+        return self._of_this_thread()._solve_rows(poses, initial, budget)
+
+    def _solve_rows(
+        self,
+        poses: NDArray[np.float64],
+        initial: NDArray[np.float64],
+        budget: Budget | None,
+    ) -> Solution:
+        """Solve checked poses one after the other, in the thread that made the solver."""
         solution = Solution.empty(len(poses), self.robot.dof)
         reasons: list[str] = []
         for row, (pose, seed) in enumerate(zip(poses, initial, strict=True)):
@@ -229,12 +322,11 @@ class QuerySolver(Solver):
             solution.time_s[row] = (time.perf_counter_ns() - clock.start_ns) * 1e-9
             solution.iterations[row] = clock.iterations
             # Rounding inside a library may leave a joint 1e-16 outside its limit.
-            solution.joints[row] = np.clip(answer.joints, self.lower, self.upper)
+            joints = np.where(np.isfinite(answer.joints), answer.joints, seed)
+            solution.joints[row] = np.clip(joints, self.lower, self.upper)
             solution.found[row] = answer.reason == ""
             reasons.append(answer.reason)
-        return Solution(
-            solution.joints, solution.found, solution.time_s, solution.iterations, tuple(reasons)
-        )
+        return self._only_true_claims(replace(solution, reason=tuple(reasons)), poses)
 
     @abstractmethod
     def _solve_one(

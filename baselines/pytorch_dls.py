@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from baselines.errors import SettingError
+from baselines.checks import count_settings, damping_settings, positive_settings
 from baselines.protocol import OUT_OF_ITERATIONS, Budget, Solution, Solver
 from baselines.restarts import restart_configurations
 from robots.rotations import matrix_from_quaternion
@@ -61,13 +62,23 @@ class PytorchDls(Solver):
         import torch
 
         super().__init__(robot, iterations=iterations)
-        if min(retries, round_iterations, batch) < 1:
-            raise SettingError("retries, round_iterations and batch must each be at least 1")
-        self.retries, self.round_iterations, self.batch = retries, round_iterations, batch
+        sizes = positive_settings(
+            {
+                "position_tolerance_m": position_tolerance_m,
+                "rotation_tolerance_rad": rotation_tolerance_rad,
+            }
+        )
+        counts = count_settings(
+            {"retries": retries, "round_iterations": round_iterations, "batch": batch}
+        )
+        regularization, damping_gain = damping_settings(regularization, damping_gain)
+        self.position_tolerance_m, self.rotation_tolerance_rad = sizes.values()
+        self.tolerances = (self.position_tolerance_m, self.rotation_tolerance_rad)
+        self.retries, self.round_iterations, self.batch = counts.values()
         self._chain = robot.torch_chain(dtype=torch.float64, device=device)
         self._settings: dict[str, Any] = {
-            "pos_tolerance": position_tolerance_m,
-            "rot_tolerance": rotation_tolerance_rad,
+            "pos_tolerance": self.position_tolerance_m,
+            "rot_tolerance": self.rotation_tolerance_rad,
             "regularlization": regularization,  # the library spells it so
             "lm_damping": damping_gain,
             "clamp_to_limits": True,
@@ -85,9 +96,7 @@ class PytorchDls(Solver):
             self._solve_rows(poses[rows], initial[rows], limit, solution, first)
             solution.time_s[rows] = (time.perf_counter() - began) / len(poses[rows])
         reasons = tuple("" if found else OUT_OF_ITERATIONS for found in solution.found)
-        return Solution(
-            solution.joints, solution.found, solution.time_s, solution.iterations, reasons
-        )
+        return self._only_true_claims(replace(solution, reason=reasons), poses)
 
     def _solve_rows(
         self, poses: Array, initial: Array, limit: int, solution: Solution, first: int

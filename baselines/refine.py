@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numba
@@ -15,6 +15,7 @@ from baselines import lm_kernel
 from baselines.lm_kernel import LmOptions
 from baselines.protocol import OUT_OF_ITERATIONS, OUT_OF_TIME, Solution
 from baselines.seed_library import SeedLibrary, empty_seed_library
+from robots.threads import forked
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -60,9 +61,10 @@ class Refined:
 
 @contextmanager
 def numba_threads(count: int) -> Iterator[None]:
-    """Let numba use ``count`` threads, 0 for all it has; afterwards it is as before."""
+    """Let numba use ``count`` threads, at most all it has, which 0 means; then it is as before."""
     before = numba.get_num_threads()
-    numba.set_num_threads(count or numba.config.NUMBA_NUM_THREADS)
+    most = numba.config.NUMBA_NUM_THREADS
+    numba.set_num_threads(min(count, most) if count else most)
     try:
         yield
     finally:
@@ -110,10 +112,10 @@ def refine(
         result.starts,
         time_ns,
     )
-    if threads == 1:
+    if threads == 1 or forked():
         lm_kernel.refine_rows(*arguments)
     else:
         with numba_threads(threads):
             lm_kernel.refine_rows_parallel(*arguments)
     np.multiply(time_ns, 1e-9, out=result.time_s)
-    return result
+    return replace(result, joints=robot.nearest_turns(result.joints))

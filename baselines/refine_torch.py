@@ -56,9 +56,8 @@ def refine_place(robot: Robot, device: str, precision: str) -> DeviceChain:
     place = torch.device(device)
     exact = TorchChain(robot.chain, torch.float64, place)
     mixed = precision == "mixed"
-    return DeviceChain(
-        place, exact, TorchChain(robot.chain, torch.float32, place) if mixed else exact
-    )
+    fast = TorchChain(robot.chain, torch.float32, place) if mixed else exact
+    return DeviceChain(place, exact, fast, robot)
 
 
 def refine_torch(
@@ -106,7 +105,8 @@ def refine_torch(
         torch.cat(parts).cpu().numpy()
         for parts in zip(*((o.joints.T, o.status, o.used, o.starts) for o in solved), strict=True)
     )
+    joints = np.ascontiguousarray(joints)
+    if place.robot is not None:
+        joints = place.robot.nearest_turns(joints)
     elapsed = (time.perf_counter() - began) / max(1, len(targets))
-    return Refined(
-        np.ascontiguousarray(joints), status, iterations, starts, np.full(len(targets), elapsed)
-    )
+    return Refined(joints, status, iterations, starts, np.full(len(targets), elapsed))

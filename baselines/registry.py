@@ -12,10 +12,12 @@ from pathlib import Path
 from types import MappingProxyType, NoneType, UnionType
 from typing import TYPE_CHECKING, Any, Union, get_args, get_origin, get_type_hints
 
+import numpy as np
 import yaml
 
 from baselines.errors import SettingError, SkippedSolver, SolverError, UnknownSolverError
 from baselines.protocol import Solver
+from robots.arguments import shown
 from robots.locations import conf_dir
 from robots.suggestions import unknown_name
 
@@ -138,6 +140,8 @@ def load(name: str, robot: Robot, **overrides: Any) -> Solver:
     """
     values = settings(name)
     del values[TARGET]
+    # Numbers of NumPy are as good as Python's, but no kernel is compiled for them.
+    overrides = {k: v.item() if isinstance(v, np.generic) else v for k, v in overrides.items()}
     for key, value in overrides.items():
         check_setting(name, key, value)
     reason = skip(name, robot)
@@ -170,7 +174,7 @@ def check_setting(name: str, key: str, value: object) -> None:
         kinds = " or ".join("null" if kind is NoneType else kind.__name__ for kind in expected)
         raise SettingError(
             f"solver {name!r}: setting {key!r} is a {kinds} (such as {values[key]!r}), got "
-            f"{value!r}"
+            f"{shown(value)}"
         )
 
 

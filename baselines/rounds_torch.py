@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import torch
 from torch import Tensor
@@ -21,6 +21,9 @@ from baselines.linearise_torch import TorchChain, target_frames
 from baselines.lm_kernel import LmOptions
 from baselines.random_torch import pose_keys, uniforms
 from baselines.seed_library import ROTATION_SHARE, SeedLibrary
+
+if TYPE_CHECKING:
+    from robots import Robot
 
 # Descents side by side that keep a device busy.
 FILL = {"cpu": 256, "cuda": 1 << 14}
@@ -37,11 +40,13 @@ class DeviceChain(NamedTuple):
         device: Torch device.
         exact: The chain in float64.
         fast: The chain in which descents run: in float32 where the precision is mixed.
+        robot: Whose chain it is; without, joints that turn for ever stay where a descent left them.
     """
 
     device: torch.device
     exact: TorchChain
     fast: TorchChain
+    robot: Robot | None = None
 
 
 @dataclass

@@ -55,6 +55,7 @@ def build_seed_library(robot: Robot, count: int, neighbours: int, seed: int) -> 
     poses = robot.forward_kinematics(joints)
     lower, upper = np.asarray(robot.workspace, dtype=np.float64)
     centre, scale = (lower + upper) / 2, (upper - lower) / 2
+    scale = np.where(scale > 0.0, scale, 1.0)  # the tip of a single joint may stay in a plane
     features = np.empty((FEATURES, count), dtype=np.float32)
     features[:3] = ((poses[:, :3] - centre) / scale).T
     matrices = rotations.matrix_from_quaternion(poses[:, 3:])

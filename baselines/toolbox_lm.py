@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from baselines.checks import count_settings, positive_settings
 from baselines.errors import SettingError, SolverError
 from baselines.protocol import Answer, Clock, QuerySolver
 from baselines.restarts import restart_configurations
@@ -50,8 +52,16 @@ class ToolboxLm(QuerySolver):
         super().__init__(robot, time_s=time_s, iterations=iterations)
         if method not in ("chan", "wampler", "sugihara"):
             raise SettingError(f"expected method chan, wampler or sugihara, got {method!r}")
-        self.search_iterations = search_iterations
-        self._settings = {"tol": tolerance, "method": method, "k": gain, "slimit": 1}
+        counts = count_settings({"search_iterations": search_iterations})
+        sizes = positive_settings({"tolerance": tolerance, "gain": gain})
+        self.search_iterations = counts["search_iterations"]
+        self.tolerances = (math.sqrt(2.0 * sizes["tolerance"]),) * 2
+        self._settings = {
+            "tol": sizes["tolerance"],
+            "method": method,
+            "k": sizes["gain"],
+            "slimit": 1,
+        }
         self._transforms = _transforms(robot)
 
     def _solve_one(self, pose: Array, initial: Array, clock: Clock) -> Answer:
@@ -89,6 +99,6 @@ def _transforms(robot: Robot) -> Any:
         parts.append(ET.SE3(constant))
         if k < robot.dof:
             joint = ET.tz if chain.prismatic[k] else ET.Rz
-            limits = np.array([robot.lower[k], robot.upper[k]])
+            limits = np.array([chain.lower[k], chain.upper[k]])
             parts.append(joint(jindex=k, qlim=limits))
     return ETS(parts)

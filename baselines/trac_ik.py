@@ -7,13 +7,16 @@ the wall clock, so its answers are not the same twice.
 
 from __future__ import annotations
 
+import math
+import xml.etree.ElementTree as ElementTree
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from baselines.chain_urdf import chain_urdf
-from baselines.errors import BudgetError, SolverError
+from baselines.checks import positive_settings
+from baselines.errors import BudgetError, SettingError, SolverError
 from baselines.protocol import (
     NO_SOLUTION,
     OUT_OF_TIME,
@@ -23,12 +26,18 @@ from baselines.protocol import (
     QuerySolver,
     Solution,
 )
+from robots.serial_urdf import BASE, TIP
 
 if TYPE_CHECKING:
     from robots import Robot
 
 # A library's own slack, m or rad, when its limits are compared with the robot's.
 LIMIT_TOLERANCE = 1e-6
+SOLVE_TYPES = ("Speed", "Distance", "Manip1", "Manip2")
+LONGEST_S = 1e6  # more than anybody waits, and not too much for the library's clock
+# One of its two methods refuses chains of one joint, aloud, and takes the other with it; so every
+# chain stands on a joint more, which has no room to speak of [rad].
+MOUNT, MOUNT_ROOM = "chain_mount", 1e-12
 
 
 class TracIk(QuerySolver):
@@ -48,35 +57,40 @@ class TracIk(QuerySolver):
 
     def __init__(self, robot: Robot, *, epsilon: float, solve_type: str, time_s: float) -> None:
         super().__init__(robot, time_s=time_s)
-        self.epsilon = epsilon
+        if solve_type not in SOLVE_TYPES:
+            raise SettingError(
+                f"expected solve_type of {', '.join(SOLVE_TYPES)}, got {solve_type!r}"
+            )
+        self.epsilon = positive_settings({"epsilon": epsilon})["epsilon"]
+        self.tolerances = (math.sqrt(3.0) * self.epsilon,) * 2
         self.solve_type = solve_type
-        self._urdf = chain_urdf(robot)
+        self._urdf = _with_mount(chain_urdf(robot))
         # The time limit is fixed when the library's solver is made: one for each.
         self._solvers: dict[float, Any] = {}
         self._library(time_s)
 
     def _library(self, time_s: float) -> Any:
+        time_s = min(time_s, LONGEST_S)
         if time_s not in self._solvers:
             import pytracik
 
             kind = getattr(pytracik.SolveType, self.solve_type)
-            solver = pytracik.TRAC_IK(
-                self.robot.base, self.robot.tip, self._urdf, time_s, self.epsilon, kind
-            )
-            lower = np.array(pytracik.get_joint_lower_bounds(solver))
-            upper = np.array(pytracik.get_joint_upper_bounds(solver))
+            solver = pytracik.TRAC_IK(MOUNT, TIP, self._urdf, time_s, self.epsilon, kind)
+            lower = np.array(pytracik.get_joint_lower_bounds(solver))[1:]
+            upper = np.array(pytracik.get_joint_upper_bounds(solver))[1:]
+            chain = self.robot.chain
             if lower.shape != self.lower.shape or not (
-                np.allclose(lower, self.lower, atol=LIMIT_TOLERANCE)
-                and np.allclose(upper, self.upper, atol=LIMIT_TOLERANCE)
+                np.allclose(lower, chain.lower, atol=LIMIT_TOLERANCE)
+                and np.allclose(upper, chain.upper, atol=LIMIT_TOLERANCE)
             ):
                 raise SolverError(
                     f"pytracik read the limits of {self.robot.name} as {lower} to {upper}, "
-                    f"expected {self.lower} to {self.upper}"
+                    f"expected {chain.lower} to {chain.upper}"
                 )
             self._solvers[time_s] = solver
         return self._solvers[time_s]
 
-    def _solve_batch(
+    def _solve_rows(
         self,
         poses: NDArray[np.float64],
         initial: NDArray[np.float64],
@@ -85,7 +99,7 @@ class TracIk(QuerySolver):
         if budget is None or budget.time_s is None:
             raise BudgetError(f"solver {self.name!r} needs a budget of time_s")
         self._current = self._library(budget.time_s)
-        return super()._solve_batch(poses, initial, budget)
+        return super()._solve_rows(poses, initial, budget)
 
     def _solve_one(
         self, pose: NDArray[np.float64], initial: NDArray[np.float64], clock: Clock
@@ -93,7 +107,21 @@ class TracIk(QuerySolver):
         import pytracik
 
         x, y, z, qw, qx, qy, qz = pose.tolist()
-        answer = pytracik.ik(self._current, initial, x, y, z, qx, qy, qz, qw)
+        start = np.concatenate([[0.0], initial])
+        answer = pytracik.ik(self._current, start, x, y, z, qx, qy, qz, qw)
         if answer[0] >= 0:
-            return Answer(answer[1:], "")
+            return Answer(np.asarray(answer[2:]), "")
         return Answer(initial, OUT_OF_TIME if clock.time_left_s <= 0 else NO_SOLUTION)
+
+
+def _with_mount(urdf: str) -> str:
+    """The chain on a joint that hardly moves, for the library's sake."""
+    document = ElementTree.fromstring(urdf)
+    ElementTree.SubElement(document, "link", name=MOUNT)
+    joint = ElementTree.SubElement(document, "joint", name="chain_mounting", type="revolute")
+    ElementTree.SubElement(joint, "parent", link=MOUNT)
+    ElementTree.SubElement(joint, "child", link=BASE)
+    ElementTree.SubElement(joint, "axis", xyz="0 0 1")
+    room = {"lower": repr(-MOUNT_ROOM), "upper": repr(MOUNT_ROOM), "effort": "1", "velocity": "1"}
+    ElementTree.SubElement(joint, "limit", room)
+    return ElementTree.tostring(document, encoding="unicode")

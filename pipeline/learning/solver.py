@@ -18,6 +18,7 @@ from baselines import Budget, Solution, Solver
 from baselines.checks import check_poses
 from pipeline.learning.weights import load_network
 from robots import Robot, rotations
+from robots.threads import forked
 
 NOT_PRECISE = "outside the tolerance"
 ROWS = 16384  # samples of a pass of the network
@@ -41,6 +42,7 @@ class Hypotheses(NamedTuple):
 def torch_threads(count: int) -> Iterator[None]:
     """Let torch use ``count`` threads, 0 for as many as it has; afterwards it is as before."""
     before = torch.get_num_threads()
+    count = 1 if forked() else count  # its threads do not survive a fork either
     if count and count != before:
         torch.set_num_threads(count)
     try:
@@ -187,4 +189,4 @@ class SamplingSolver(NeuralSolver):
                 rows = slice(start, start + step)
                 targets = torch.as_tensor(poses[rows], dtype=torch.float32)
                 sampled[rows] = sampler(targets).numpy()
-        return np.clip(sampled, self.lower, self.upper)
+        return self.robot.nearest_turns(np.clip(sampled, self.lower, self.upper))

@@ -18,6 +18,7 @@ from pipeline.learning.cycleik.experts_kernel import (
 )
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
+from robots.threads import forked
 
 _TO_MM_AND_DEG = np.array([1e3, 180 / np.pi])
 
@@ -62,7 +63,7 @@ class CycleIk(NeuralSolver):
             joints,
             errors,
         )
-        if self.threads == 1 or count == 1:
+        if self.threads == 1 or count == 1 or forked():
             answer_rows(*arguments)
         else:
             with numba_threads(self.threads):

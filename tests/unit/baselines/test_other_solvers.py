@@ -9,6 +9,7 @@ from baselines import Budget, SkippedSolver, SolverError
 from baselines.analytical import AnalyticalSolver
 from baselines.chain_urdf import chain_urdf, chain_urdf_file
 from robots import load_robot
+from robots.serial_urdf import TIP
 
 MIXED = Path(__file__).parents[2] / "fixtures" / "mixed.urdf"
 
@@ -37,7 +38,7 @@ def success(robot, joints, poses):
 
 def test_the_bare_chain_has_the_kinematics_and_limits_of_the_robot(panda):
     model = pinocchio.buildModelFromXML(chain_urdf(panda))
-    data, frame = model.createData(), model.getFrameId(panda.tip)
+    data, frame = model.createData(), model.getFrameId(TIP)
     assert np.allclose(model.lowerPositionLimit, panda.lower)
     assert np.allclose(model.upperPositionLimit, panda.upper)
     joints = panda.sample(20, seed=0, collision_free=False)

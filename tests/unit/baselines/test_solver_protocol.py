@@ -15,6 +15,7 @@ class OneJoint:
 
     name, dof = "one_joint", 2
     lower, upper, home = LOWER, UPPER, np.array([0.0, 0.25])
+    endless = np.zeros(2, dtype=bool)
 
 
 class Counting(QuerySolver):
