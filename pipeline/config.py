@@ -42,6 +42,7 @@ NAMES_IN_YAML = {"from": "source"}  # train.from: a Python keyword cannot name a
 SOLVER, EVERY = "solver", "every"  # the one group of which a run has every file, not one
 OWNERS = ("profile", "experiment")  # groups that own keys of others, and explain what they set
 
+_WORD = re.compile(r"[\w.-]+")
 COMPOSING = Lock()  # Hydra holds its state once for all threads of a process
 
 
@@ -58,6 +59,7 @@ def compose(overrides: Sequence[str] = ()) -> Config:
     Raises:
         ConfigError: An unknown key or choice, a wrong type, or a value that cannot be.
     """
+    overrides = _sayable(overrides)
     parsed = _parse(overrides)
     for override in parsed:
         if override.is_sweep_override():
@@ -82,7 +84,7 @@ def sweep(overrides: Sequence[str]) -> list[list[str]]:
         ConfigError: An override that Hydra's grammar does not take.
     """
     axes: list[list[str]] = []
-    for override in _parse(overrides):
+    for override in _parse(_sayable(overrides)):
         key = override.get_key_element()
         if isinstance(pattern := override.value(), Glob):
             axes.append([f"{key}={name}" for name in _matching(override, pattern)])
@@ -93,6 +95,17 @@ def sweep(overrides: Sequence[str]) -> list[list[str]]:
         else:
             axes.append([cast(str, override.input_line)])
     return [list(run) for run in product(*axes)]
+
+
+def _sayable(overrides: Sequence[str]) -> list[str]:
+    """Quote words with letters outside ASCII, such as robots' names: Hydra's grammar has none."""
+    said = []
+    for override in overrides:
+        key, equals, value = override.partition("=")
+        if not value.isascii() and not {"'", '"'} & set(value):
+            value = _WORD.sub(lambda word: word[0] if word[0].isascii() else f"'{word[0]}'", value)
+        said.append(key + equals + value)
+    return said
 
 
 def _matching(override: Override, pattern: Glob) -> list[str]:

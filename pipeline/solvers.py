@@ -48,6 +48,26 @@ def check_solvers(requested: Mapping[str, Iterable[str]], robot: Robot) -> None:
                 )
 
 
+def solvers_for(key: str, names: Iterable[str], robot: Robot) -> list[str]:
+    """Leave out solvers that run here but cannot solve this robot, as long as others are left.
+
+    So what a configuration lists for all robots serves for one that couples its joints, too.
+
+    Args:
+        key: Key of the configuration that lists them.
+        names: Names of solvers.
+        robot: The robot that they are for.
+
+    Raises:
+        UnknownSolverError: There is no solver of a name.
+        SkippedSolver: One cannot run here at all, or none is left.
+    """
+    names = list(names)
+    able = [name for name in names if baselines.skip(name) or not baselines.skip(name, robot)]
+    check_solvers({key: able or names}, robot)
+    return able
+
+
 def check_seeder(key: str, name: str, robot: Robot) -> None:
     """Stop before anything is made if a solver cannot give initial guesses.
 

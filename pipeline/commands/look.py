@@ -107,8 +107,9 @@ def robot(arguments: list[str]) -> int:
     actions = parser.add_subparsers(dest="action", metavar="action", required=True)
     add = actions.add_parser("add", help="make a robot of a URDF")
     add.add_argument("urdf", metavar="FILE", help="the URDF; it is copied with its meshes")
-    add.add_argument("--base", required=True, help="link that poses are relative to")
-    add.add_argument("--tip", required=True, help="link that is brought to a pose")
+    proposed = "where base or tip is left out, a chain is proposed"
+    add.add_argument("--base", metavar="LINK", help=f"link that poses are relative to; {proposed}")
+    add.add_argument("--tip", metavar="LINK", help=f"link that is brought to a pose; {proposed}")
     add.add_argument("--name", help="of the robot, and of its folder; the URDF's where left out")
     picture = actions.add_parser("picture", help="draw a robot anew")
     picture.add_argument("name", metavar="NAME", help="of the robot")

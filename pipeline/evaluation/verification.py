@@ -67,6 +67,4 @@ def within_limits(robot: Robot, joints: ArrayLike, slack: float) -> NDArray[np.b
     Returns:
         (N,) flags.
     """
-    q = np.asarray(joints, dtype=np.float64)
-    inside = (q >= robot.lower - slack) & (q <= robot.upper + slack)
-    return np.asarray(inside.all(axis=1))
+    return robot.within_limits(joints, slack)

@@ -189,9 +189,7 @@ def benchmark(
 
 def judge(robot: Robot, motion: Motion) -> dict[str, float | int | bool]:
     """Return the figures of one motion, lengths in mm, angles in deg, steps in rad or m."""
-    outside = (motion.joints < robot.lower - LIMIT_SLACK) | (
-        motion.joints > robot.upper + LIMIT_SLACK
-    )
+    outside = ~robot.within_limits(motion.joints, LIMIT_SLACK)
     answered = robot.forward_kinematics(motion.answers)[:, :3]
     query_error_mm = 1e3 * np.linalg.norm(answered - motion.requested[:, :3], axis=1)
     away_mm = 1e3 * np.linalg.norm(motion.poses[:, :3] - motion.requested[:, :3], axis=1)
@@ -205,7 +203,7 @@ def judge(robot: Robot, motion: Motion) -> dict[str, float | int | bool]:
         "tip_error_deg": float(motion.tip_error_deg.max()),
         "largest_step_rad": motion.largest_step,
         "flips": motion.flips,
-        "limit_violations": int(outside.any(axis=1).sum()),
+        "limit_violations": int(outside.sum()),
         "collisions": int(robot.in_collision(motion.joints).sum()),
         "rerouted": motion.route is not None,
         "detour_mm": float(away_mm.max()),

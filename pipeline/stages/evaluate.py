@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import baselines
 from baselines import Solver
 from pipeline import provenance
 from pipeline.artifacts import exclusive
@@ -18,7 +19,7 @@ from pipeline.evaluation.config import HOME, row_name
 from pipeline.evaluation.runner import count_poses, evaluate_solver
 from pipeline.evaluation.task import EvaluationTask
 from pipeline.progress import LOGGER, bar
-from pipeline.solvers import check_budgets, check_seeder, check_solvers, weights_origin
+from pipeline.solvers import check_budgets, check_seeder, solvers_for, weights_origin
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from pipeline.stages.solvers import code_of, solver_of
 from robots import Robot
@@ -30,7 +31,12 @@ if TYPE_CHECKING:
 def check(config: Config) -> None:
     """Refuse a run whose solvers or seeder cannot run, before anything is made."""
     robot = robot_of(config)
-    check_solvers(config.evaluate.solvers_by_key(), robot)
+    for key, names in config.evaluate.solvers_by_key().items():
+        able = solvers_for(key, names, robot)
+        for name in names:
+            if name not in able:
+                why = baselines.skip(name, robot)
+                LOGGER.warning("%s goes on without solver '%s': %s", key, name, why)
     check_budgets(config)
     if config.evaluate.seeded_by != HOME:
         check_seeder("evaluate.seeded_by", config.evaluate.seeded_by, robot)
@@ -41,6 +47,8 @@ def run(config: Config) -> list[Path]:
 
     On an engine every solver is a task of its own, on a core that no other one is timed on.
     """
+    solvers = solvers_for("evaluate.solvers", config.evaluate.solvers, robot_of(config))
+    config = replace(config, evaluate=replace(config.evaluate, solvers=solvers))
     if fans_out(config.engine):
         config = _sharing(config)
     tasks = [(config, name) for name in config.evaluate.solvers]
