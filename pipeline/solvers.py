@@ -49,9 +49,9 @@ def check_solvers(requested: Mapping[str, Iterable[str]], robot: Robot) -> None:
 
 
 def solvers_for(key: str, names: Iterable[str], robot: Robot) -> list[str]:
-    """Leave out solvers that run here but cannot solve this robot, as long as others are left.
+    """Leave out solvers that know no coupled joints where a robot has them, if others are left.
 
-    So what a configuration lists for all robots serves for one that couples its joints, too.
+    So what a configuration lists for all robots serves for such a robot, too.
 
     Args:
         key: Key of the configuration that lists them.
@@ -60,10 +60,13 @@ def solvers_for(key: str, names: Iterable[str], robot: Robot) -> list[str]:
 
     Raises:
         UnknownSolverError: There is no solver of a name.
-        SkippedSolver: One cannot run here at all, or none is left.
+        SkippedSolver: One cannot run for another reason, or none is left.
     """
     names = list(names)
-    able = [name for name in names if baselines.skip(name) or not baselines.skip(name, robot)]
+    coupled = len(robot.chain.variable) != robot.dof
+    able = [
+        name for name in names if not coupled or baselines.skip(name) or solver_class(name).mimics
+    ]
     check_solvers({key: able or names}, robot)
     return able
 
