@@ -244,7 +244,7 @@ def report(table: pd.DataFrame) -> str:
         )
     lines += ["", "| solver | robots | found | median time, ms | wrong |", "|---|---|---|---|---|"]
     lines += [
-        f"| {name} | {len(rows)} | {rows.found.mean():.1%} | {rows.median_ms.median():.2f} | "
+        f"| {name} | {len(rows)} | {rows.found.mean():.1%} | {rows.median_ms.median():.3f} | "
         f"{rows.wrong.sum()} |"
         for name, rows in solvers
     ]
