@@ -28,6 +28,7 @@ from pipeline.evaluation.task import EvaluationTask, accepted_budget
 
 CACHE_KEY_EXCLUDES = ("solvers", "keep", "first_core")  # settings that rows do not depend on
 SIMPLE = (bool, int, float, str)
+TRANSIENT = ("_owner",)  # attributes that answers do not depend on: the thread that made a solver
 PATHS = ("weights",)  # a folder may hold other weights tomorrow: networks go by checksum
 
 
@@ -150,6 +151,8 @@ def solver_identity(solver: Solver) -> dict[str, Any]:
     facts: dict[str, Any] = {"class": f"{type(solver).__module__}.{type(solver).__qualname__}"}
     facts["settings"] = {k: v for k, v in solver.settings.items() if k not in PATHS}
     for name, value in sorted(vars(solver).items()):
+        if name in TRANSIENT:
+            continue
         if value is None or isinstance(value, SIMPLE):
             facts[name] = value
         elif isinstance(value, Solver):

@@ -69,7 +69,7 @@ def test_robots_solvers_and_doctor(capsys: pytest.CaptureFixture[str]) -> None:
         (["grasp", "robot=valkyrie", "profile=smoke"], "no grasp scene"),
         (["compare", "tests"], "required: B"),
         (["compare", "nowhere", "nowhere"], "there is no folder nowhere"),
-        (["robot", "add", "x.urdf"], "required: --base, --tip"),
+        (["robot", "add", "x.urdf"], "x.urdf: no such file"),
         (["robots", "all"], "unexpected argument 'all'"),
         (["robot", "ad"], "did you mean 'add'"),
         (["table", "tabel2"], "did you mean 'table2'"),

@@ -1,7 +1,12 @@
 """What rows say of themselves, and what makes others of them: seeds, cores, settings, weights."""
 
+import json
 import os
+import subprocess
+import sys
+import threading
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +17,9 @@ from baselines import Solution, Solver
 from pipeline.evaluation.cache import cache_key, solver_identity
 from pipeline.evaluation.config import row_name, solver_of_rows
 from pipeline.evaluation.runner import evaluate_solver, plan_chunks
+from robots import load_robot
+
+ROOT = Path(__file__).parents[3]
 
 
 class Seeder(Solver):
@@ -109,3 +117,23 @@ def test_rows_of_other_code_answer_another_question(robot, config):
     given = replace(task(robot, Scripted(robot, robot.home)), code="before")
     assert cache_key(given, config) == cache_key(given, config)
     assert cache_key(replace(given, code="after"), config) != cache_key(given, config)
+
+
+@pytest.mark.parametrize("name", ["lm", "pinocchio", "placo", "bio_ik"])
+def test_a_solver_made_in_another_process_is_the_same_one(name):
+    """Kept rows of a killed run would otherwise never be found again."""
+    program = (
+        "import baselines, json; from robots import load_robot; "
+        "from pipeline.evaluation.cache import solver_identity; "
+        f"print(json.dumps(solver_identity(baselines.load('{name}', load_robot('panda')))))"
+    )
+    made = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    here: list[dict] = []
+    thread = threading.Thread(
+        target=lambda: here.append(solver_identity(baselines.load(name, load_robot("panda"))))
+    )
+    thread.start()
+    thread.join()
+    assert json.loads(made.stdout) == json.loads(json.dumps(here[0]))
