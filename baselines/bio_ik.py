@@ -15,6 +15,8 @@ from baselines.protocol import OUT_OF_ITERATIONS, OUT_OF_TIME, Budget, Solution,
 if TYPE_CHECKING:
     from robots import Robot
 
+Array = NDArray[np.float64]
+
 # Without an iteration limit the time limit ends a query; this one is never reached.
 UNLIMITED = 2**62
 REASONS = {
@@ -55,12 +57,7 @@ class BioIk(Solver):
         self.rotation_tolerance_rad = self._options.rotation_tolerance_rad
         self.tolerances = (self.position_tolerance_m, self.rotation_tolerance_rad)
 
-    def _solve_batch(
-        self,
-        poses: NDArray[np.float64],
-        initial: NDArray[np.float64],
-        budget: Budget | None,
-    ) -> Solution:
+    def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
         budget = budget or Budget(iterations=UNLIMITED)
         options = self._options._replace(
             iterations=UNLIMITED if budget.iterations is None else budget.iterations,

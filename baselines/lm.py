@@ -20,6 +20,8 @@ from baselines.refine import refine
 if TYPE_CHECKING:
     from robots import Robot
 
+Array = NDArray[np.float64]
+
 # Without an iteration limit the time limit ends a query; this one is never reached.
 UNLIMITED = 2**62
 
@@ -75,11 +77,6 @@ class LevenbergMarquardt(Solver):
             time_ns=0 if budget.time_s is None else max(1, int(budget.time_s * 1e9)),
         )
 
-    def _solve_batch(
-        self,
-        poses: NDArray[np.float64],
-        initial: NDArray[np.float64],
-        budget: Budget | None,
-    ) -> Solution:
+    def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
         refined = refine(self.robot, poses, initial[:, None, :], self.options(budget), self.threads)
         return refined.solution()

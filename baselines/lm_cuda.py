@@ -122,7 +122,7 @@ class LmCuda:
         self._warp, self._cuda = lm_cuda_kernels.WARP, cuda
         self._kernels = lm_cuda_kernels.kernels(len(robot.chain.prismatic), robot.dof)
         reals, whole = lm_cuda_kernels.packed_constants(robot.chain, options, library)
-        self._reals, self._whole = cuda.to_device(reals), cuda.to_device(whole)
+        self._constants = cuda.to_device(reals), cuda.to_device(whole)
         known = library.joints if self.remembers else np.zeros((1, robot.dof))
         features = library.features if self.remembers else np.zeros((1, 1), dtype=np.float32)
         self._known = cuda.to_device(np.ascontiguousarray(known))
@@ -214,14 +214,13 @@ class LmCuda:
             return DeviceAnswers(room.joints, room.facts)
         blocks = min(count, 8 * self._processors)
         self.launch(kernels.prepare, blocks, self._warp)(
-            self._reals, self._whole, targets, self._features, room.near, self._counters
+            *self._constants, targets, self._features, room.near, self._counters
         )
         # By lanes alone all starts are tried, otherwise as many as most poses need.
         starts = given + self.near if self.way == "auto" and self.remembers else 2**62
         blocks = min(-(-count // THREADS), LANE_BLOCKS * self._processors)
         self.launch(kernels.by_lane, blocks, THREADS)(
-            self._reals,
-            self._whole,
+            *self._constants,
             targets,
             seeds,
             given,
@@ -275,8 +274,7 @@ class LmCuda:
         """
         blocks = -(-len(poses) // THREADS)
         self.launch(self._kernels.rank, blocks, THREADS)(
-            self._reals,
-            self._whole,
+            *self._constants,
             self._on_device(poses),
             self._on_device(seeds),
             position_weight,
@@ -287,8 +285,7 @@ class LmCuda:
         self, room: _Room, targets: Any, seeds: Any, given: int, chosen: bool, count: int
     ) -> None:
         self.launch(self._kernels.by_block, self.blocks_for(count), self.lanes)(
-            self._reals,
-            self._whole,
+            *self._constants,
             targets,
             seeds,
             given,

@@ -7,32 +7,19 @@ import os
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from baselines.chain_urdf import chain_urdf_file
 from baselines.checks import positive_settings, thread_setting
-from baselines.errors import BudgetError, SettingError
-from baselines.protocol import (
-    NO_SOLUTION,
-    OUT_OF_TIME,
-    Answer,
-    Budget,
-    Clock,
-    QuerySolver,
-    Solution,
-)
+from baselines.errors import SettingError
+from baselines.timed import Array, TimedSolver
 from baselines.transforms import pose_matrix
 from robots.serial_urdf import BASE, TIP
 
 if TYPE_CHECKING:
     from robots import Robot
 
-Array = NDArray[np.float64]
 
-LONGEST_S = 1e6  # more than anybody waits, and not too much for the library's clock
-
-
-class Optik(QuerySolver):
+class Optik(TimedSolver):
     """OptIK's solver, until its cost is below the tolerance or the time is used up.
 
     Args:
@@ -45,8 +32,6 @@ class Optik(QuerySolver):
     """
 
     requires: ClassVar[tuple[str, ...]] = ("optik",)
-    mimics: ClassVar[bool] = False
-    budgets: ClassVar[frozenset[str]] = frozenset({"time_s"})
 
     def __init__(
         self, robot: Robot, *, tolerance: float, solution_mode: str, threads: int, time_s: float
@@ -70,16 +55,11 @@ class Optik(QuerySolver):
             return f"optik knows turning joints only, {robot.name} has a sliding one"
         return super().skip(robot)
 
-    def _solve_rows(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
+    def _set_time(self, time_s: float) -> None:
         import optik
 
-        if budget is None or budget.time_s is None:
-            raise BudgetError(f"solver {self.name!r} needs a budget of time_s")
-        self._config = optik.SolverConfig(max_time=min(budget.time_s, LONGEST_S), **self._settings)
-        return super()._solve_rows(poses, initial, budget)
+        self._config = optik.SolverConfig(max_time=time_s, **self._settings)
 
-    def _solve_one(self, pose: Array, initial: Array, clock: Clock) -> Answer:
+    def _search(self, pose: Array, initial: Array) -> Array | None:
         answer = self._library.ik(self._config, pose_matrix(pose), initial)
-        if answer is not None:
-            return Answer(np.array(answer[0]), "")
-        return Answer(initial, OUT_OF_TIME if clock.time_left_s <= 0 else NO_SOLUTION)
+        return None if answer is None else np.array(answer[0])

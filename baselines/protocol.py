@@ -28,6 +28,8 @@ from robots.rotations import rotation_angle
 if TYPE_CHECKING:
     from robots import Robot
 
+Array = NDArray[np.float64]
+
 OUT_OF_TIME = "out of time"
 OUT_OF_ITERATIONS = "out of iterations"
 NO_SOLUTION = "no solution"
@@ -79,9 +81,9 @@ class Solution:
         reason: (N,) why there is no solution, "" where found.
     """
 
-    joints: NDArray[np.float64]
+    joints: Array
     found: NDArray[np.bool_]
-    time_s: NDArray[np.float64]
+    time_s: Array
     iterations: NDArray[np.int64]
     reason: tuple[str, ...]
 
@@ -198,7 +200,7 @@ class Solver(ABC):
         near = None if initial is None else np.asarray(initial, dtype=np.float64)
         return replace(solution, joints=self.robot.nearest_turns(solution.joints, near))
 
-    def _only_true_claims(self, solution: Solution, poses: NDArray[np.float64]) -> Solution:
+    def _only_true_claims(self, solution: Solution, poses: Array) -> Solution:
         """Take back claims for joints whose tip is outside the tolerances, as we compute it.
 
         A library may judge by another measure, or before a joint was moved into its limits.
@@ -217,12 +219,7 @@ class Solver(ABC):
         return replace(solution, found=solution.found & true, reason=reasons)
 
     @abstractmethod
-    def _solve_batch(
-        self,
-        poses: NDArray[np.float64],
-        initial: NDArray[np.float64],
-        budget: Budget | None,
-    ) -> Solution:
+    def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
         """Solve checked poses (N, 7), N > 0, from initial guesses (N, dof) inside the limits."""
 
     def _validated_budget(self, budget: Budget) -> Budget:
@@ -274,7 +271,7 @@ class Clock:
 class Answer:
     """What a `QuerySolver` found for one pose; reason is "" exactly where it was found."""
 
-    joints: NDArray[np.float64]
+    joints: Array
     reason: str
 
 
@@ -299,20 +296,10 @@ class QuerySolver(Solver):
         solver: QuerySolver = self._copies.solver
         return solver
 
-    def _solve_batch(
-        self,
-        poses: NDArray[np.float64],
-        initial: NDArray[np.float64],
-        budget: Budget | None,
-    ) -> Solution:
+    def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
         return self._of_this_thread()._solve_rows(poses, initial, budget)
 
-    def _solve_rows(
-        self,
-        poses: NDArray[np.float64],
-        initial: NDArray[np.float64],
-        budget: Budget | None,
-    ) -> Solution:
+    def _solve_rows(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
         """Solve checked poses one after the other, in the thread that made the solver."""
         solution = Solution.empty(len(poses), self.robot.dof)
         reasons: list[str] = []
@@ -329,7 +316,5 @@ class QuerySolver(Solver):
         return self._only_true_claims(replace(solution, reason=tuple(reasons)), poses)
 
     @abstractmethod
-    def _solve_one(
-        self, pose: NDArray[np.float64], initial: NDArray[np.float64], clock: Clock
-    ) -> Answer:
+    def _solve_one(self, pose: Array, initial: Array, clock: Clock) -> Answer:
         """Solve one pose (7,) from `initial` (dof,) until done or `clock.expired()`."""

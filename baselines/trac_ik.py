@@ -12,20 +12,11 @@ import xml.etree.ElementTree as ElementTree
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from baselines.chain_urdf import chain_urdf
 from baselines.checks import positive_settings
-from baselines.errors import BudgetError, SettingError, SolverError
-from baselines.protocol import (
-    NO_SOLUTION,
-    OUT_OF_TIME,
-    Answer,
-    Budget,
-    Clock,
-    QuerySolver,
-    Solution,
-)
+from baselines.errors import SettingError, SolverError
+from baselines.timed import LONGEST_S, Array, TimedSolver
 from robots.serial_urdf import BASE, TIP
 
 if TYPE_CHECKING:
@@ -34,13 +25,12 @@ if TYPE_CHECKING:
 # A library's own slack, m or rad, when its limits are compared with the robot's.
 LIMIT_TOLERANCE = 1e-6
 SOLVE_TYPES = ("Speed", "Distance", "Manip1", "Manip2")
-LONGEST_S = 1e6  # more than anybody waits, and not too much for the library's clock
 # One of its two methods refuses chains of one joint, aloud, and takes the other with it; so every
 # chain stands on a joint more, which has no room to speak of [rad].
 MOUNT, MOUNT_ROOM = "chain_mount", 1e-12
 
 
-class TracIk(QuerySolver):
+class TracIk(TimedSolver):
     """TRAC-IK with its random restarts, until a solution or the time limit.
 
     Args:
@@ -52,8 +42,6 @@ class TracIk(QuerySolver):
     """
 
     requires: ClassVar[tuple[str, ...]] = ("pytracik",)
-    mimics: ClassVar[bool] = False
-    budgets: ClassVar[frozenset[str]] = frozenset({"time_s"})
 
     def __init__(self, robot: Robot, *, epsilon: float, solve_type: str, time_s: float) -> None:
         super().__init__(robot, time_s=time_s)
@@ -67,10 +55,9 @@ class TracIk(QuerySolver):
         self._urdf = _with_mount(chain_urdf(robot))
         # The time limit is fixed when the library's solver is made: one for each.
         self._solvers: dict[float, Any] = {}
-        self._library(time_s)
+        self._library(min(time_s, LONGEST_S))
 
     def _library(self, time_s: float) -> Any:
-        time_s = min(time_s, LONGEST_S)
         if time_s not in self._solvers:
             import pytracik
 
@@ -90,28 +77,16 @@ class TracIk(QuerySolver):
             self._solvers[time_s] = solver
         return self._solvers[time_s]
 
-    def _solve_rows(
-        self,
-        poses: NDArray[np.float64],
-        initial: NDArray[np.float64],
-        budget: Budget | None,
-    ) -> Solution:
-        if budget is None or budget.time_s is None:
-            raise BudgetError(f"solver {self.name!r} needs a budget of time_s")
-        self._current = self._library(budget.time_s)
-        return super()._solve_rows(poses, initial, budget)
+    def _set_time(self, time_s: float) -> None:
+        self._current = self._library(time_s)
 
-    def _solve_one(
-        self, pose: NDArray[np.float64], initial: NDArray[np.float64], clock: Clock
-    ) -> Answer:
+    def _search(self, pose: Array, initial: Array) -> Array | None:
         import pytracik
 
         x, y, z, qw, qx, qy, qz = pose.tolist()
         start = np.concatenate([[0.0], initial])
         answer = pytracik.ik(self._current, start, x, y, z, qx, qy, qz, qw)
-        if answer[0] >= 0:
-            return Answer(np.asarray(answer[2:]), "")
-        return Answer(initial, OUT_OF_TIME if clock.time_left_s <= 0 else NO_SOLUTION)
+        return np.asarray(answer[2:]) if answer[0] >= 0 else None
 
 
 def _with_mount(urdf: str) -> str:
