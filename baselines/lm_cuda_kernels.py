@@ -350,20 +350,10 @@ def kernels(joints: int, dof: int) -> Kernels:
     ):  # fmt: skip
         """Descend, a block a pose, its threads from starts of their own.
 
-        Args:
-            reals: Constants.
-            whole: Whole constants.
-            poses: (N, 7) targets.
-            seeds: (N or 1, K, dof) starts that come first.
-            given: K.
-            known: (M, dof) remembered configurations.
-            features: (12, M) of their poses.
-            chosen: Whether only the rows in `left` are asked, whose seeds have been tried.
-            answers: (N, dof) receives the joints.
-            least_of: (N,) squared error of what `by_lane` has met, where rows are chosen.
-            facts: (3, N) receives status, iterations (of all threads) and starts.
-            left: (N,) the rows.
-            counters: How many are left.
+        Arguments are those of `by_lane` but for `features`, (12, M) of the poses of `known`, and
+        `chosen`: whether only the rows in `left` are asked, as many as `counters` says, whose seeds
+        have been tried and for which `least_of` holds what `by_lane` has met. The iterations in
+        `facts` are those of all threads.
         """
         lane, width = cuda.threadIdx.x, cuda.blockDim.x
         chain = load_chain(reals, whole)

@@ -19,15 +19,12 @@ from optuna.trial import FrozenTrial, TrialState
 
 from pipeline.tuning.journal import WORKER
 from pipeline.tuning.study import ABANDONED
+from tests.toy import TOY
 
 DEADLINE_S = 600.0  # for a machine that has much else to do
 # Trials of some tenths of a second, so that a kill lands in the middle of one.
-TOY = [
-    "robot=nico",
-    "profile=smoke",
-    "dataset.train=600",
-    "dataset.validation=60",
-    "dataset.test=60",
+RUN = [
+    *TOY,
     "tune.epochs=25",
     "tune.pruner.kind=none",
     "train.kinematics=pytorch_kinematics",  # nothing to compile
@@ -37,7 +34,7 @@ Look = Callable[[], list[FrozenTrial]]
 
 def start(*overrides: str) -> subprocess.Popen[bytes]:
     """Start `python -m pipeline tune`; its log is read when it has ended."""
-    command = [sys.executable, "-m", "pipeline", "tune", *TOY, *overrides]
+    command = [sys.executable, "-m", "pipeline", "tune", *RUN, *overrides]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 

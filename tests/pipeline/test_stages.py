@@ -21,13 +21,10 @@ from pipeline.data.tables import read_metadata, read_table
 from pipeline.settings import Config
 from pipeline.stages.running import run_stage
 from robots import load_robot
+from tests.toy import TOY
 
-TOY = [
-    "robot=nico",
-    "profile=smoke",
-    "dataset.train=600",
-    "dataset.validation=60",
-    "dataset.test=60",
+RUN = [
+    *TOY,
     "train.epochs=2",
     "evaluate.latency_poses=50",
     "plan.pairs=2",
@@ -37,7 +34,7 @@ TOY = [
 
 
 def config(folder: Path, *overrides: str) -> Config:
-    return compose([*TOY, *overrides, f"results_dir={folder}"])
+    return compose([*RUN, *overrides, f"results_dir={folder}"])
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +115,7 @@ def test_training_that_is_killed_goes_on_and_ends_with_the_same_bytes(tmp_path: 
     long = ["train.epochs=120", "train.checkpoint_s=0.02"]
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     run_stage("train", config(whole, *long))
-    command = [sys.executable, "-m", "pipeline", "train", *TOY, *long, f"results_dir={cut}"]
+    command = [sys.executable, "-m", "pipeline", "train", *RUN, *long, f"results_dir={cut}"]
     checkpoint = cut / "checkpoint" / "nico-tiny.safetensors"
     with subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as child:
         deadline = time.monotonic() + 60

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests import tune_runs
+from tests.toy import TOY
 from tests.tune_runs import check_total, ended, in_journal, kill_a_worker, start
 
 KEPT = {"trials.csv", "best.yaml", "metrics.json", "journal.log"}
@@ -20,7 +20,7 @@ def poses(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from pipeline.stages.running import run_stage
 
     folder = tmp_path_factory.mktemp("results")
-    run_stage("dataset", compose([*tune_runs.TOY[:5], f"results_dir={folder}"]))
+    run_stage("dataset", compose([*TOY, f"results_dir={folder}"]))
     return folder
 
 

@@ -26,6 +26,7 @@ from optuna.trial import FrozenTrial
 from pipeline.config import compose
 from pipeline.stages.running import run_stage
 from tests import tune_runs
+from tests.toy import TOY
 from tests.tune_runs import check_total, ended, kill_a_worker, start
 
 pytestmark = pytest.mark.slow
@@ -89,7 +90,7 @@ def of_study(url: str, name: str) -> list[FrozenTrial]:
 
 def results(folder: Path, seed: int = 0) -> list[str]:
     overrides = [f"results_dir={folder}", f"seed={seed}"]
-    run_stage("dataset", compose([*tune_runs.TOY[:5], *overrides]))
+    run_stage("dataset", compose([*TOY, *overrides]))
     return overrides
 
 

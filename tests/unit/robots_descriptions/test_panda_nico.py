@@ -41,11 +41,6 @@ REFERENCE = {
         [0.36135508574063646, -0.1524257136210064, -0.8167289620303623, -0.4232525326767832],
     ),
 }
-# Tip positions over 200,000 uniform samples of those URDFs, m.
-REACH = {
-    "panda": ([-0.9439, -0.9452, -0.4112], [0.9406, 0.9433, 1.2784]),
-    "nico": ([-0.4912, -0.5748, 0.3432], [0.5048, 0.2853, 1.2274]),
-}
 # Origins of the outermost finger links in the tip frame with all finger joints at one value, m.
 FINGERS = {
     "panda": {
@@ -72,8 +67,6 @@ LIMITS = {
     ),
     "nico": ([-0.8, -3.142, -1.57, -1.745, -1.571, 0.0], [0.8, 3.142, 0.314, 0.0, 1.571, 0.872665]),
 }
-# Least and largest share of uniform configurations that should collide.
-COLLIDING = {"panda": (0.05, 0.25), "nico": (0.01, 0.10)}
 
 
 @pytest.fixture(scope="module", params=NAMES)
@@ -104,29 +97,6 @@ def test_limits_are_the_published_ones(robot: Robot) -> None:
     lower, upper = LIMITS[robot.name]
     assert robot.lower.tolist() == lower
     assert robot.upper.tolist() == upper
-
-
-def test_reach_is_the_published_one(robot: Robot) -> None:
-    joints = robot.sample(200_000, seed=11, collision_free=False)
-    position = robot.forward_kinematics(joints)[:, :3]
-    lower, upper = REACH[robot.name]
-    assert np.abs(position.min(axis=0) - lower).max() < 0.03
-    assert np.abs(position.max(axis=0) - upper).max() < 0.03
-    assert np.all((position >= robot.workspace[0] - 0.03) & (position <= robot.workspace[1] + 0.03))
-
-
-def test_home_is_free_and_few_samples_collide(robot: Robot) -> None:
-    assert not robot.in_collision(robot.home)[0]
-    share = robot.in_collision(robot.sample(1000, seed=1, collision_free=False)).mean()
-    least, most = COLLIDING[robot.name]
-    assert least < share < most
-
-
-def test_allowed_pairs_are_those_found(robot: Robot) -> None:
-    listed = robot.description.allowed_collisions
-    assert listed is not None
-    found = {(frozenset(pair[:2]), pair[2]) for pair in robot.find_allowed_collisions()}
-    assert {(frozenset(pair[:2]), pair[2]) for pair in listed} == found
 
 
 def test_only_primitive_shapes_and_physical_inertias(robot: Robot, tree: ET.Element) -> None:
