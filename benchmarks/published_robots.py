@@ -2,7 +2,7 @@
 
     python benchmarks/published_robots.py [--robots 40] [--poses 200]
 
-Takes URDFs out of installed packages (example-robot-data, roboticstoolbox's rtbdata, pybullet),
+Takes URDFs out of installed packages (of the extra `test`, roboticstoolbox's rtbdata, pybullet),
 the longest chain of each, brings it in as `robot add` does, solves poses with every solver that
 does not skip it, and checks every answer by a forward kinematics of its own, from the original
 file. Writes results/studies/published_robots.{csv,md}.
@@ -11,9 +11,11 @@ file. Writes results/studies/published_robots.{csv,md}.
 from __future__ import annotations
 
 import argparse
-import importlib.util
+import re
+import sysconfig
 import tempfile
 import time
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -35,10 +37,19 @@ from robots.urdf_reader import read_urdf
 Array = NDArray[np.float64]
 
 OUT = Path(__file__).parents[1] / "results" / "studies" / "published_robots"
-PACKAGES = ("cmeel.prefix/share/example-robot-data/robots", "rtbdata/xacro", "pybullet_data")
+PACKAGES = (
+    "cmeel.prefix/share/example-robot-data/robots",
+    "airo_models",
+    "jvrc_description",
+    "orca_arm",
+    "rtbdata/xacro",
+    "pybullet_data",
+)
+DATA = ("share/iCub/robots",)  # of packages that lay their files beside the libraries
 # Objects and scenes of pybullet_data, which are no robots.
 NO_ROBOTS = ("random_urdfs", "toys", "dinnerware", "objects", "lego", "/link", "table", "cube")
 MOST_OF_A_FOLDER = 2
+UNNAMED = "model"  # the stem of files that are called by their folder
 BUDGET_S = 0.05
 # Answers that are called found and are further off than the loosest claim of any solver are wrong.
 WRONG_M, WRONG_RAD = 1e-3, 2e-3
@@ -70,21 +81,20 @@ def main() -> None:
 def urdf_files() -> Iterator[Path]:
     """URDFs in the packages, not more than a few of each folder, whose files are alike."""
     taken: dict[Path, int] = {}
-    for package in PACKAGES:
-        for root in _site_packages():
-            for path in sorted((root / package).rglob("*.urdf")):
-                group = path.parent
-                if any(word in str(path) for word in NO_ROBOTS):
-                    continue
-                taken[group] = taken.get(group, 0) + 1
-                if taken[group] <= MOST_OF_A_FOLDER:
-                    yield path
+    libraries, data = Path(sysconfig.get_path("purelib")), Path(sysconfig.get_path("data"))
+    for folder in [*(libraries / name for name in PACKAGES), *(data / name for name in DATA)]:
+        for path in sorted(folder.rglob("*.urdf")):
+            if any(word in f"/{path.relative_to(folder)}" for word in NO_ROBOTS):
+                continue
+            group = path.parent if path.stem != UNNAMED else path.parent.parent
+            taken[group] = taken.get(group, 0) + 1
+            if taken[group] <= MOST_OF_A_FOLDER:
+                yield path
 
 
-def _site_packages() -> list[Path]:
-    spec = importlib.util.find_spec("numpy")
-    assert spec is not None and spec.origin is not None
-    return [Path(spec.origin).parents[1]]
+def name_of(path: Path) -> str:
+    """Name a URDF of a package for a table: its folder's folder and the file, which may repeat."""
+    return path.parent.name if path.stem == UNNAMED else f"{path.parent.parent.name}/{path.stem}"
 
 
 def chain_of(path: Path) -> tuple[str, str] | None:
@@ -122,7 +132,7 @@ def study(path: Path, base: str, tip: str, count: int) -> list[dict[str, Any]]:
         joints = robot.sample(count, seed=1, collision_free=False)
         poses = robot.forward_kinematics(joints)
         facts = {
-            "robot": f"{path.parent.parent.name}/{path.stem}",
+            "robot": name_of(path),
             "base": base,
             "tip": tip,
             "joints": robot.dof,
@@ -162,9 +172,7 @@ class Reference:
     """The kinematics of the original file by its own elements, apart from the project's reader."""
 
     def __init__(self, path: Path, base: str, tip: str) -> None:
-        import xml.etree.ElementTree as ElementTree
-
-        joints = ElementTree.parse(path).getroot().findall("joint")
+        joints = _elements(path).findall("joint")
         self._joints = {joint.get("name"): joint for joint in joints}
         carrier = {_link(joint, "child"): joint for joint in joints}
         self._path: list[Any] = []
@@ -208,6 +216,14 @@ class Reference:
         low, high = (float(given.get(k, 0)) for k in ("lower", "upper"))
         bounded = joint.get("type") in ("revolute", "prismatic")
         return np.full(count, min(max(0.0, low), high) if bounded else 0.0)
+
+
+def _elements(path: Path) -> ElementTree.Element:
+    content = path.read_bytes()
+    try:
+        return ElementTree.fromstring(content)
+    except ElementTree.ParseError:  # a prefix that nothing declares
+        return ElementTree.fromstring(re.sub(rb"([<\s]/?)[\w-]+:(?=[A-Za-z])", rb"\1", content))
 
 
 def _triple(origin: Any, key: str) -> str:

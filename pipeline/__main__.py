@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from pipeline.progress import set_up_logging
 
@@ -17,18 +21,27 @@ are swept, each run in a results folder of its own: train -m train.loss=former,s
 BAD_INPUT, INTERRUPTED = 2, 130
 
 
+class Terminated(KeyboardInterrupt):
+    """SIGTERM: what is running ends as it does with Ctrl-C, and keeps what it has."""
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; bad input gives one sentence on stderr and status 2."""
     set_up_logging()
     try:
-        return _run(sys.argv[1:] if argv is None else argv)
+        with _terminated_like_interrupted():
+            return _run(sys.argv[1:] if argv is None else argv)
+    except Terminated:
+        print("\nterminated; the same command goes on from here", file=sys.stderr)
+        return BAD_INPUT
     except KeyboardInterrupt:
         print("\ninterrupted; the same command goes on from here", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
         return 0
     except OSError as error:
-        print(f"error: {error}", file=sys.stderr)
+        said = error.filename is not None and error.strerror
+        print(f"error: {f'{error.filename}: {said}' if said else error}", file=sys.stderr)
         return BAD_INPUT
     except (ValueError, ImportError) as error:
         if not _is_ours(error):
@@ -37,6 +50,26 @@ def main(argv: Sequence[str] | None = None) -> int:
         return BAD_INPUT
     except SystemExit as leaving:  # argparse, after it has printed the help of a command
         return int(leaving.code or 0)
+
+
+@contextmanager
+def _terminated_like_interrupted() -> Iterator[None]:
+    """Turn SIGTERM into an exception, in this process and not in those forked from it."""
+    if threading.current_thread() is not threading.main_thread():  # Python sets handlers there only
+        yield
+        return
+    process = os.getpid()
+
+    def end(number: int, frame: object) -> None:
+        if os.getpid() == process:
+            raise Terminated
+        os._exit(128 + number)
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _run(argv: Sequence[str]) -> int:

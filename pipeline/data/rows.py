@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.data.files import write_text
+from pipeline.data.files import naming, write_text
 
 Row = dict[str, Any]
 
@@ -36,7 +36,7 @@ class RowCheckpoint:
     def put(self, row: Row) -> None:
         """Keep a finished row; its values are plain (numbers, text, lists of them)."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self.path.open("a", encoding="utf-8") as stream:
+        with naming(self.path), self.path.open("a", encoding="utf-8") as stream:
             stream.write(json.dumps(row) + "\n")
         self._rows[self._key(row)] = row
 

@@ -10,11 +10,10 @@ from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
 from torch import Tensor, nn
 from torch.optim import Optimizer
 
-from pipeline.data.files import replacing
+from pipeline.data.tensors import write_tensors
 
 State = dict[str, Tensor]
 
@@ -69,8 +68,7 @@ def save(
         for name, value in state.items():
             tensors[f"optimizer.{index}.{name}"] = torch.as_tensor(value)
     header = {"digest": digest, "progress": json.dumps(asdict(progress))}
-    with replacing(path) as partial:
-        save_file({name: value.contiguous() for name, value in tensors.items()}, partial, header)
+    write_tensors(path, tensors, header)
 
 
 def restore(

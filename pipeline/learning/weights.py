@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from safetensors import SafetensorError
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file
 from torch import Tensor, nn
 
 import robots
-from pipeline.data.files import read_json, replacing, sha256, write_json
+from pipeline.data.files import read_json, sha256, write_json
+from pipeline.data.tensors import write_tensors
 from pipeline.learning.factory import build_network, model_config
 from pipeline.learning.networks import IkNetwork
 from robots import Robot
@@ -45,15 +46,11 @@ def save_weights(
     """
     path = folder / WEIGHTS
     if other is not None:
-        _save(folder / OTHER_WEIGHTS, other)
+        write_tensors(folder / OTHER_WEIGHTS, other)
     trained = {name for name, _ in network.named_parameters()} if half else set()
-    _save(path, {n: t.half() if n in trained else t for n, t in network.state_dict().items()})
+    state = network.state_dict().items()
+    write_tensors(path, {name: t.half() if name in trained else t for name, t in state})
     write_json(folder / CARD, {**card, "weights_sha256": sha256(path)})
-
-
-def _save(path: Path, tensors: dict[str, Tensor]) -> None:
-    with replacing(path) as partial:
-        save_file({n: t.contiguous().cpu() for n, t in tensors.items()}, partial)
 
 
 def load_network(folder: Path, robot: Robot, kinds: Collection[str] = ()) -> IkNetwork:

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from safetensors import SafetensorError
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file
 from torch import Tensor
 
 import robots
-from pipeline.data.files import read_json, replacing, sha256, write_json
+from pipeline.data.files import read_json, sha256, write_json
+from pipeline.data.tensors import write_tensors
 from pipeline.errors import PerceptionError
 from pipeline.perception.config import NetworkConfig
 from pipeline.perception.network import CentreNetwork
@@ -32,9 +33,7 @@ def halved(network: CentreNetwork) -> CentreNetwork:
 def save_detector(folder: Path, network: CentreNetwork, card: dict[str, Any]) -> None:
     """Write the weights and their card; the card holds their checksum and comes last."""
     path = folder / WEIGHTS
-    tensors = {name: _half(value).contiguous() for name, value in network.state_dict().items()}
-    with replacing(path) as partial:
-        save_file(tensors, partial)
+    write_tensors(path, {name: _half(value) for name, value in network.state_dict().items()})
     write_json(folder / CARD, {**card, "weights_sha256": sha256(path)})
 
 
