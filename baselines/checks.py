@@ -57,7 +57,8 @@ def check_poses(poses: ArrayLike) -> NDArray[np.float64]:
     array[:, 3:] /= norm[:, None]
     largest = np.abs(array[:, :3]).max(axis=1)
     far = largest > FARTHEST
-    array[far, :3] *= FARTHEST / largest[far, None]
+    if far.any():
+        array[far, :3] *= FARTHEST / largest[far, None]
     return array
 
 
@@ -86,7 +87,11 @@ def check_initial(
         InitialError: No real numbers, wrong shape or a value that is not finite.
     """
     dof = home.shape[0]
-    array = as_floats(home if initial is None else initial, "initial joints", InitialError)
+    if initial is None:
+        seeds = np.empty((count, dof))
+        seeds[:] = np.minimum(np.maximum(home, lower), upper)
+        return seeds
+    array = as_floats(initial, "initial joints", InitialError)
     if array.shape not in ((dof,), (count, dof)):
         raise InitialError(
             f"expected initial joints of shape ({dof},) or ({count}, {dof}), got {array.shape}"

@@ -118,4 +118,6 @@ def refine(
         with numba_threads(threads):
             lm_kernel.refine_rows_parallel(*arguments)
     np.multiply(time_ns, 1e-9, out=result.time_s)
+    if not robot.endless.any():
+        return result
     return replace(result, joints=robot.nearest_turns(result.joints))

@@ -172,6 +172,10 @@ class Robot:
             near: (dof,) or (N, dof) reference; the middle of the limits if not given, so that the
                 result is within them.
         """
+        if not self.endless.any():
+            if near is not None:
+                return joints
+            return np.minimum(np.maximum(joints, self.lower), self.upper)
         middle = (self.lower + self.upper) / 2
         reference = middle if near is None else near
         turned = nearest_turns(joints, reference, self.endless, self.lower, self.upper)
