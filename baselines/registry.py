@@ -193,8 +193,8 @@ def setting_types(name: str) -> dict[str, tuple[type, ...]]:
     except SolverError:
         declared = {}
     values = {key: value for key, value in file_settings(name).items() if key != TARGET}
-    told = {key: () if value is None else (type(value),) for key, value in values.items()}
-    return {key: declared.get(key, told[key]) for key in values}
+    found = {key: () if value is None else (type(value),) for key, value in values.items()}
+    return {key: declared.get(key, found[key]) for key in values}
 
 
 @cache

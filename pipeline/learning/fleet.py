@@ -312,7 +312,7 @@ class _Queue:
     def __init__(self, waiting: Iterator[FleetJob | None], builder: ThreadPoolExecutor) -> None:
         self._waiting, self._builder = waiting, builder
         self._built: deque[tuple[FleetJob, Future[IkNetwork]]] = deque()
-        self.exhausted = False
+        self.exhausted, self._end = False, False
 
     def take(self) -> tuple[FleetJob, Future[IkNetwork]] | None:
         """Return the next job and its network to come, None where there is none at present."""
@@ -328,8 +328,6 @@ class _Queue:
             self.exhausted = self._end
             return None
         return self._built.popleft()
-
-    _end = False
 
     def labels(self) -> list[str]:
         """Names of the jobs that were not begun, up to the first that waits for results."""
