@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,9 +14,12 @@ from baselines.checks import (
     positive_settings,
     thread_setting,
 )
+from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
 from baselines.lm_kernel import LmOptions
-from baselines.protocol import Budget, Solution, Solver
+from baselines.lm_query import lm_query
+from baselines.protocol import Budget, Solution
 from baselines.refine import refine
+from baselines.seed_library import LIBRARY_SEED, SeedLibrary, build_seed_library
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -26,11 +30,14 @@ Array = NDArray[np.float64]
 UNLIMITED = 2**62
 
 
-class LevenbergMarquardt(Solver):
+class LevenbergMarquardt(CompiledQuerySolver):
     """Levenberg-Marquardt with joint limits as an active set and random restarts.
 
     Args:
         robot: The robot to solve for.
+        seed_library: Random configurations that are remembered with their poses; 0 for none.
+        neighbours: Of these, the nearest that are descended from where the initial guess leads
+            nowhere, before random configurations.
         threads: Threads that share a batch; 0 for all of numba's.
         time_s: Wall-clock budget per pose where `solve` gets none [s].
         iterations: Iteration budget per pose where `solve` gets none.
@@ -41,6 +48,8 @@ class LevenbergMarquardt(Solver):
         self,
         robot: Robot,
         *,
+        seed_library: int,
+        neighbours: int,
         threads: int,
         time_s: float | None,
         iterations: int | None,
@@ -48,6 +57,8 @@ class LevenbergMarquardt(Solver):
     ) -> None:
         super().__init__(robot, time_s=time_s, iterations=iterations)
         self.threads = thread_setting(threads)
+        remembered = {"seed_library": seed_library, "neighbours": neighbours}
+        self._remembered = count_settings(remembered, least=0)
         # The kernel is compiled for these types; others would have it compiled again.
         sizes = ("position_tolerance_m", "rotation_tolerance_rad")
         damping, gain = damping_settings(options.pop("damping"), options.pop("damping_gain"))
@@ -68,6 +79,16 @@ class LevenbergMarquardt(Solver):
         self.rotation_tolerance_rad = self._options.rotation_tolerance_rad
         self.tolerances = (self.position_tolerance_m, self.rotation_tolerance_rad)
 
+    @cached_property
+    def library(self) -> SeedLibrary:
+        """What is descended from after the initial guess; drawn when it is first needed."""
+        return build_seed_library(
+            self.robot,
+            self._remembered["seed_library"],
+            self._remembered["neighbours"],
+            LIBRARY_SEED,
+        )
+
     def options(self, budget: Budget | None) -> LmOptions:
         """The kernel's options under a budget."""
         if budget is None:
@@ -77,6 +98,15 @@ class LevenbergMarquardt(Solver):
             time_ns=0 if budget.time_s is None else max(1, int(budget.time_s * 1e9)),
         )
 
+    def compile_query(self, options: LmOptions) -> CompiledQuery:
+        """See `CompiledQuerySolver`."""
+        robot = self.robot
+        bound = (joint_range(robot), robot.home, robot.chain, self.library)
+        return CompiledQuery(lm_query, options, robot.dof, *bound)
+
     def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
-        refined = refine(self.robot, poses, initial[:, None, :], self.options(budget), self.threads)
+        options = self.options(budget)
+        refined = refine(
+            self.robot, poses, initial[:, None, :], options, self.threads, self.library
+        )
         return refined.solution()

@@ -152,6 +152,19 @@ def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[
 
 
 @njit(cache=True)
+def refine_row(chain, pose, seeds, library, options, joints):  # type: ignore[no-untyped-def]
+    """Solve one pose (7,) from seeds (K, dof) into joints (dof,).
+
+    Returns:
+        Status, iterations, starts and time [ns].
+    """
+    s = _scratch(chain.prismatic.shape[0], joints.shape[0], library)
+    began = now_ns(s.timespec)
+    status, iterations, starts = _refine_one(chain, pose, seeds, library, options, s, joints)
+    return status, iterations, starts, now_ns(s.timespec) - began
+
+
+@njit(cache=True)
 def refine_rows(  # type: ignore[no-untyped-def]
     chain, poses, seeds, library, options, joints, status, iterations, starts, time_ns
 ):

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baselines.checks import check_initial, check_poses
-from baselines.errors import BudgetError
-from robots.arguments import as_float, as_int
+from baselines.errors import BudgetError, InitialError, PoseError
+from robots.arguments import as_float, as_floats, as_int
 from robots.limits import search_range
 from robots.rotations import rotation_angle
 
@@ -192,6 +192,42 @@ class Solver(ABC):
         if len(targets) == 0:
             return Solution.empty(0, self.robot.dof)
         return self._nearest_turns(self._solve_batch(targets, seeds, chosen), initial)
+
+    def solve_one(self, pose: ArrayLike, initial: ArrayLike | None = None) -> tuple[Array, bool]:
+        """Find joints whose tip pose is `pose`, under the solver's own budget.
+
+        What `solve` answers to a batch of one, by the shortest path there is.
+
+        Args:
+            pose: (7,) target in the base frame, x y z in m, then unit qw qx qy qz.
+            initial: (dof,) initial guess [rad or m], see `solve`.
+
+        Returns:
+            (dof,) joints [rad or m], the best that were met where it is not found, and whether
+            it is.
+
+        Raises:
+            PoseError: As `solve`.
+            InitialError: As `solve`.
+        """
+        target = as_floats(pose, "pose", PoseError)
+        if target.shape != (7,):
+            raise PoseError(
+                f"expected one pose of shape (7,), x y z qw qx qy qz, got {target.shape}"
+            )
+        guess = None if initial is None else as_floats(initial, "initial joints", InitialError)
+        if guess is not None and guess.shape != (self.robot.dof,):
+            raise InitialError(
+                f"expected initial joints of shape ({self.robot.dof},), got {guess.shape}"
+            )
+        solution = self._solve_array(target[None], guess, None)
+        return solution.joints[0], bool(solution.found[0])
+
+    def _solve_array(
+        self, poses: ArrayLike, initial: ArrayLike | None, budget: Budget | None
+    ) -> Solution:
+        """`solve` itself, whatever shorter path a subclass has for one row."""
+        return self.solve(poses, initial, budget)
 
     def _nearest_turns(self, solution: Solution, initial: ArrayLike | None) -> Solution:
         """Turn joints that turn for ever to where they are nearest to the initial guess."""

@@ -22,6 +22,7 @@ FEATURES = 12  # three of the position, nine of the rotation matrix
 # Of a number of the rotation matrix, against half of the workspace as unit of length.
 ROTATION_SHARE = 0.5
 TAKEN = np.float32(1e30)
+LIBRARY_SEED = 0  # one solver is one function of its settings
 
 
 class SeedLibrary(NamedTuple):

@@ -9,21 +9,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import baselines
-from baselines import Budget, SettingError, Solution, Solver
+from baselines import Budget, SettingError, Solution
 from baselines.checks import check_poses
+from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
 from baselines.lm import LevenbergMarquardt
+from baselines.lm_kernel import LmOptions
 from baselines.refine import refine
 from baselines.refine_torch import refine_place, refine_torch
 from baselines.registry import settings
-from baselines.seed_library import build_seed_library
+from baselines.seed_library import LIBRARY_SEED, build_seed_library
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
 from robots.suggestions import unknown_name
 
-LIBRARY_SEED = 0  # one solver is one function of its settings
 
-
-class RefinedSolver(Solver):
+class RefinedSolver(CompiledQuerySolver):
     """The best hypotheses of a neural solver, each refined to the tolerances of `lm`.
 
     Then come the nearest configurations of the seed library and random restarts. An initial guess
@@ -102,12 +102,24 @@ class RefinedSolver(Solver):
         """Return the proposer's answers to poses (N, 7), best first, before any refinement."""
         return self.proposer.hypotheses(poses)
 
-    def solve(
-        self, poses: ArrayLike, initial: ArrayLike | None = None, budget: Budget | None = None
+    def options(self, budget: Budget | None) -> LmOptions:
+        """See `CompiledQuerySolver`: those of `lm`, by default under this solver's own budget."""
+        return self.kernel.options(self.budget if budget is None else budget)
+
+    def compile_query(self, options: LmOptions) -> CompiledQuery | None:
+        """See `CompiledQuerySolver`; a proposer without a compiled network has none."""
+        query = None if self.accelerator is not None else self.proposer.refined_query(self.tried)
+        if query is None:
+            return None
+        function, arguments = query
+        bound = (joint_range(self.robot), *arguments, self.library)
+        return CompiledQuery(function, options, self.robot.dof, *bound)
+
+    def _solve_array(
+        self, poses: ArrayLike, initial: ArrayLike | None, budget: Budget | None
     ) -> Solution:
-        """See `baselines.Solver.solve`."""
         if initial is not None:
-            return super().solve(poses, initial, budget)
+            return super()._solve_array(poses, initial, budget)
         targets = check_poses(poses)
         chosen = self.budget if budget is None else self._validated_budget(budget)
         if len(targets) == 0:
@@ -127,7 +139,7 @@ class RefinedSolver(Solver):
         answers = self.hypotheses(poses).joints[:, : self.tried]
         network_s = (time.perf_counter() - start) / len(poses)
         seeds = np.concatenate((first, answers), axis=1)
-        options = self.kernel.options(budget)
+        options = self.options(budget)
         if self.accelerator is not None:
             refined = refine_torch(self.accelerator, poses, seeds, options, self.library)
         else:

@@ -100,6 +100,18 @@ class NeuralSolver(Solver):
         rows = np.arange(len(poses))[:, None]
         return Hypotheses(joints[rows, order], position[rows, order], rotation[rows, order])
 
+    def refined_query(self, tried: int) -> tuple[Any, tuple[Any, ...]] | None:
+        """Return a compiled function that answers one pose and refines it, for `CompiledQuery`.
+
+        Args:
+            tried: Hypotheses that are descended from.
+
+        Returns:
+            The function and its arguments between `JointRange` and `SeedLibrary`, or None for a
+            network that is not compiled.
+        """
+        return None
+
     def _answers(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the network's answers (N, K, dof) to poses (N, 7), inside the limits."""
         with torch_threads(self.threads), torch.inference_mode():

@@ -16,6 +16,7 @@ from pipeline.learning.cycleik.experts_kernel import (
     answer_rows_parallel,
     compiled_experts,
 )
+from pipeline.learning.cycleik.query import refined_query
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
 from robots.threads import forked
@@ -47,6 +48,19 @@ class CycleIk(NeuralSolver):
             return super().hypotheses(poses)
         return self._compiled_hypotheses(poses, self.compiled)
 
+    def refined_query(self, tried: int) -> tuple[Any, tuple[Any, ...]] | None:
+        """See `NeuralSolver`."""
+        if self.compiled is None:
+            return None
+        heads = self.network.heads
+        ranking = self._ranking()
+        return refined_query, (heads, min(tried, heads), ranking, self.robot.chain, self.compiled)
+
+    def _ranking(self) -> NDArray[np.float64]:
+        """(2,) what an error of 1 m and of 1 rad counts when hypotheses are compared."""
+        tolerances = np.array([self.position_tolerance_mm, self.rotation_tolerance_deg])
+        return 1 / tolerances * _TO_MM_AND_DEG
+
     def _compiled_hypotheses(
         self, poses: NDArray[np.float64], experts: CompiledExperts
     ) -> Hypotheses:
@@ -54,12 +68,11 @@ class CycleIk(NeuralSolver):
         count, heads = len(poses), self.network.heads
         joints = np.empty((count, heads, self.robot.dof))
         errors = np.empty((count, heads, 2))
-        weights = 1 / np.array([self.position_tolerance_mm, self.rotation_tolerance_deg])
         arguments = (
             self.robot.chain,
             experts,
             np.ascontiguousarray(poses, dtype=np.float64),
-            weights * _TO_MM_AND_DEG,
+            self._ranking(),
             joints,
             errors,
         )

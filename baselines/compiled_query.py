@@ -1,0 +1,238 @@
+"""One query of a compiled solver as one call: checks, seeds, descent and turns in machine code.
+
+An array API of one row pays tens of microseconds for its checks and its arrays, several times what
+the kernel needs. Here Python looks at types and shapes alone; numbers are looked at in the compiled
+function, which refuses what the array API has to name, move or draw in, so that there is one place
+where errors are worded.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any, NamedTuple, TypeGuard
+
+import numpy as np
+from numba import njit, typeof
+from numpy.typing import ArrayLike, NDArray
+
+from baselines.checks import UNIT_TOLERANCE
+from baselines.lm_kernel import LmOptions
+from baselines.protocol import Budget, Solution, Solver
+from baselines.refine import REASONS
+from robots import Robot
+from robots.limits import FARTHEST, FULL_TURN
+
+Array = NDArray[np.float64]
+
+REFUSED = -1  # status of a query whose numbers the array API has to look at
+FLOAT64 = np.dtype(np.float64)
+POSE_SHAPE = (7,)
+
+
+class JointRange(NamedTuple):
+    """Where initial guesses and answers lie.
+
+    Attributes:
+        lower: (dof,) limits [rad or m].
+        upper: (dof,) limits [rad or m].
+        endless: (dof,) which joints turn for ever.
+    """
+
+    lower: Array
+    upper: Array
+    endless: NDArray[np.bool_]
+
+
+@njit(cache=True)
+def take_pose(pose, target):  # type: ignore[no-untyped-def]
+    """Copy a pose with its quaternion made exactly unit, as `checks.check_poses` does.
+
+    Args:
+        pose: (7,) x y z [m], qw qx qy qz.
+        target: (7,) receives it.
+
+    Returns:
+        Whether that function would take it and leave its position as it is.
+    """
+    for i in range(3):
+        if not abs(pose[i]) <= FARTHEST:
+            return False
+    square = 0.0
+    for i in range(3, 7):
+        square += pose[i] * pose[i]
+    norm = np.sqrt(square)
+    if not abs(norm - 1.0) <= UNIT_TOLERANCE:
+        return False
+    for i in range(7):
+        target[i] = pose[i] if i < 3 else pose[i] / norm
+    return True
+
+
+@njit(cache=True)
+def take_initial(initial, joints, seeds):  # type: ignore[no-untyped-def]
+    """Copy an initial guess, moved into the limits as `checks.check_initial` does.
+
+    Args:
+        initial: (1, dof) guess, or (0, dof) for none [rad or m].
+        joints: `JointRange`.
+        seeds: (K, dof), of which the first row receives it; K > 0.
+
+    Returns:
+        Whether that function would take it.
+    """
+    if initial.shape[0] == 0:
+        return True
+    for k in range(initial.shape[1]):
+        value, lower, upper = initial[0, k], joints.lower[k], joints.upper[k]
+        if not abs(value) < np.inf:
+            return False
+        if joints.endless[k]:
+            near = value if abs(value) <= FARTHEST else 0.0
+            value = near + FULL_TURN * np.round(((lower + upper) / 2 - near) / FULL_TURN)
+        seeds[0, k] = min(max(value, lower), upper)
+    return True
+
+
+@njit(cache=True)
+def turn_nearest(initial, joints, answer):  # type: ignore[no-untyped-def]
+    """Turn endless joints as `Robot.nearest_turns` does, first into the limits.
+
+    Then on to where they are nearest to the initial guess, if there is one.
+
+    Args:
+        initial: (1, dof) guess, or (0, dof) for none [rad or m].
+        joints: `JointRange`.
+        answer: (dof,) joints [rad or m], changed in place.
+    """
+    for k in range(answer.shape[0]):
+        if not joints.endless[k]:
+            continue
+        middle = (joints.lower[k] + joints.upper[k]) / 2
+        turned = answer[k] + FULL_TURN * np.round((middle - answer[k]) / FULL_TURN)
+        answer[k] = min(max(turned, joints.lower[k]), joints.upper[k])
+        if initial.shape[0] == 1 and abs(initial[0, k]) <= FARTHEST:
+            answer[k] += FULL_TURN * np.round((initial[0, k] - answer[k]) / FULL_TURN)
+
+
+class CompiledQuery:
+    """A compiled function with all its arguments bound but those of one query.
+
+    Numba's dispatcher looks at the type of every array of every argument anew, which takes longer
+    than half a descent; the entry of the one specialisation that is needed does not.
+
+    Args:
+        function: Takes (pose (7,), initial (0 or 1, dof), answer (dof,), `LmOptions`, *bound) and
+            returns (status, iterations, starts, ns); a status of `REFUSED` has changed nothing.
+        options: Of the types that it is compiled for.
+        dof: Joints.
+        bound: The other arguments.
+    """
+
+    def __init__(self, function: Any, options: LmOptions, dof: int, *bound: Any) -> None:
+        arguments = (np.empty(7), np.empty((0, dof)), np.empty(dof), options, *bound)
+        self._entry = function.compile(tuple(typeof(argument) for argument in arguments))
+        self._bound = bound
+
+    def __call__(
+        self, pose: Array, initial: Array, answer: Array, options: LmOptions
+    ) -> tuple[int, int, int, int]:
+        """Run it; the types and layouts of the arrays must be those of `FLOAT64` in C order."""
+        outcome: tuple[int, int, int, int] = self._entry(
+            pose, initial, answer, options, *self._bound
+        )
+        return outcome
+
+
+class CompiledQuerySolver(Solver):
+    """A solver whose batches of one row, and `solve_one`, are one call of a compiled function.
+
+    Answers are those of its batches, bit for bit.
+    """
+
+    _query: CompiledQuery | None = None
+    _bound: tuple[Budget | None, LmOptions] | None = None
+
+    @abstractmethod
+    def options(self, budget: Budget | None) -> LmOptions:
+        """The kernel's options under a budget."""
+
+    @abstractmethod
+    def compile_query(self, options: LmOptions) -> CompiledQuery | None:
+        """Return the compiled query; None where this solver, as it is set, has none."""
+
+    def solve_one(self, pose: ArrayLike, initial: ArrayLike | None = None) -> tuple[Array, bool]:
+        """See `Solver.solve_one`."""
+        answer = np.empty(self.robot.dof)
+        outcome = self._answer(pose, initial, answer)
+        if outcome is None:
+            return super().solve_one(pose, initial)
+        return answer, outcome[0] == 0
+
+    def solve(
+        self, poses: ArrayLike, initial: ArrayLike | None = None, budget: Budget | None = None
+    ) -> Solution:
+        """See `Solver.solve`."""
+        if budget is None and type(poses) is np.ndarray and poses.shape == (1, 7):
+            first = initial
+            if type(first) is np.ndarray and first.ndim == 2 and len(first) == 1:
+                first = first[0]
+            answer = np.empty(self.robot.dof)
+            outcome = self._answer(poses[0], first, answer)
+            if outcome is not None:
+                return _solution(answer, *outcome)
+        return self._solve_array(poses, initial, budget)
+
+    def _solve_array(
+        self, poses: ArrayLike, initial: ArrayLike | None, budget: Budget | None
+    ) -> Solution:
+        return super().solve(poses, initial, budget)
+
+    def _answer(
+        self, pose: ArrayLike, initial: ArrayLike | None, answer: Array
+    ) -> tuple[int, int, int, int] | None:
+        """Solve one pose; None where the array API has to."""
+        query, options = self._query, self._options_now()
+        if query is None:
+            query = self._query = self.compile_query(options)
+        if query is None or not _is_plain(pose, POSE_SHAPE):
+            return None
+        if initial is None:
+            guess = answer[:0].reshape(0, len(answer))
+        elif _is_plain(initial, answer.shape):
+            guess = initial[None]
+        else:
+            return None
+        outcome = query(pose, guess, answer, options)
+        return None if outcome[0] == REFUSED else outcome
+
+    def _options_now(self) -> LmOptions:
+        """The kernel's options under the solver's own budget, made anew when that is replaced."""
+        bound = self._bound
+        if bound is None or bound[0] is not self.budget:
+            bound = self._bound = (self.budget, self.options(None))
+        return bound[1]
+
+
+def _is_plain(values: object, shape: tuple[int, ...]) -> TypeGuard[Array]:
+    """Whether a value is an array of float64 as compiled code takes it."""
+    return (
+        type(values) is np.ndarray
+        and values.shape == shape
+        and values.dtype is FLOAT64
+        and values.flags.carray
+    )
+
+
+def _solution(answer: Array, status: int, iterations: int, starts: int, ns: int) -> Solution:
+    return Solution(
+        answer[None],
+        np.array([status == 0]),
+        np.array([ns * 1e-9]),
+        np.array([iterations]),
+        (REASONS[status],),
+    )
+
+
+def joint_range(robot: Robot) -> JointRange:
+    """The limits of a robot as compiled code takes them."""
+    return JointRange(robot.lower, robot.upper, robot.endless)

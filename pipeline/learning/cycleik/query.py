@@ -1,0 +1,45 @@
+"""One query of CycleIK and its refinement, see `baselines.compiled_query`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from baselines.compiled_query import REFUSED, take_initial, take_pose, turn_nearest
+from baselines.lm_kernel import refine_row
+from pipeline.learning.cycleik.experts_kernel import answer_rows
+
+
+@njit(cache=True)
+def refined_query(  # type: ignore[no-untyped-def]
+    pose, initial, answer, options, joints, heads, tried, weights, chain, experts, library
+):
+    """Solve one pose from an initial guess, if there is one, and then from the best hypotheses.
+
+    Args:
+        pose: (7,) target in the base frame, x y z [m], qw qx qy qz.
+        initial: (1, dof) guess, or (0, dof) for none [rad or m].
+        answer: (dof,) receives the joints [rad or m].
+        options: `LmOptions`.
+        joints: `JointRange`.
+        heads: Hypotheses of the network.
+        tried: How many of them are descended from.
+        weights: (2,) of an error in m and in rad when hypotheses are compared.
+        chain: The robot's `Chain`.
+        experts: `CompiledExperts`.
+        library: `SeedLibrary`.
+
+    Returns:
+        Status, iterations, starts and time [ns], or (`REFUSED`, 0, 0, 0).
+    """
+    dof, given = answer.shape[0], initial.shape[0]
+    targets = np.empty((1, 7))
+    seeds = np.empty((given + tried, dof))
+    if not (take_pose(pose, targets[0]) and take_initial(initial, joints, seeds)):
+        return REFUSED, 0, 0, 0
+    hypotheses, errors = np.empty((1, heads, dof)), np.empty((1, heads, 2))
+    answer_rows(chain, experts, targets, weights, hypotheses, errors)
+    seeds[given:] = hypotheses[0, :tried]
+    outcome = refine_row(chain, targets[0], seeds, library, options, answer)
+    turn_nearest(initial, joints, answer)
+    return outcome

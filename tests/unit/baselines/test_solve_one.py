@@ -1,0 +1,159 @@
+"""`solve_one` answers what `solve` answers to a batch of one, whatever path it takes."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import baselines
+from baselines import Budget, InitialError, PoseError, Solver
+from pipeline import load_solver
+from robots import Robot, load_robot
+
+ROBOTS = ("panda", "fetch", "nico")
+COMPILED = ("lm", "cycleik_refined")
+OTHERS = ("cycleik", "bio_ik", "pinocchio")
+
+
+@pytest.fixture(scope="module", params=[(r, s) for r in ROBOTS for s in COMPILED], ids="-".join)
+def solver(request: pytest.FixtureRequest) -> Solver:
+    robot, name = request.param
+    return load_solver(name, load_robot(robot))
+
+
+def drawn(robot: Robot, count: int, seed: int = 3) -> np.ndarray:
+    return robot.forward_kinematics(robot.sample(count, seed=seed, collision_free=False))
+
+
+def test_it_equals_the_batch_bit_for_bit(solver: Solver) -> None:
+    poses = drawn(solver.robot, 200)
+    batch = solver.solve(poses)
+    for row, pose in enumerate(poses):
+        joints, found = solver.solve_one(pose)
+        alone = solver.solve(pose[None])
+        np.testing.assert_array_equal(joints, batch.joints[row])
+        np.testing.assert_array_equal(alone.joints[0], batch.joints[row])
+        assert found == alone.found[0] == batch.found[row]
+        assert alone.iterations[0] == batch.iterations[row]
+        assert alone.reason[0] == batch.reason[row]
+        assert alone.time_s[0] > 0
+
+
+@pytest.mark.parametrize("scale", [0.5, 8.0, 1e7])
+def test_an_initial_guess_is_treated_as_in_a_batch(solver: Solver, scale: float) -> None:
+    """Guesses outside the limits, by full turns and beyond `FARTHEST` too."""
+    poses = drawn(solver.robot, 40)
+    guesses = np.random.default_rng(1).normal(scale=scale, size=(40, solver.robot.dof))
+    batch = solver.solve(poses, guesses)
+    for pose, guess, row in zip(poses, guesses, batch.joints, strict=True):
+        np.testing.assert_array_equal(solver.solve_one(pose, guess)[0], row)
+        np.testing.assert_array_equal(solver.solve(pose[None], guess[None]).joints[0], row)
+        np.testing.assert_array_equal(solver.solve(pose[None], guess).joints[0], row)
+
+
+def test_numbers_of_other_types_and_layouts_are_taken(solver: Solver) -> None:
+    pose = drawn(solver.robot, 1)[0]
+    expected = solver.solve(pose[None]).joints[0]
+    frozen = pose.copy()
+    frozen.flags.writeable = False
+    spread = np.repeat(pose, 2)[::2]
+    for given in (pose.tolist(), tuple(pose), frozen, spread, pose.astype(">f8")):
+        np.testing.assert_array_equal(solver.solve_one(given)[0], expected)
+    rounded = pose.astype(np.float32)
+    single = solver.solve(rounded[None].astype(np.float64)).joints[0]
+    np.testing.assert_array_equal(solver.solve_one(rounded)[0], single)
+
+
+def test_what_the_batch_draws_in_or_refuses_is_treated_so(solver: Solver) -> None:
+    pose = drawn(solver.robot, 1)[0]
+    far = pose.copy()
+    far[0] = 1e200
+    joints, found = solver.solve_one(far)
+    assert not found
+    np.testing.assert_array_equal(joints, solver.solve(far[None]).joints[0])
+    for entry, value in ((0, np.nan), (2, np.inf), (4, 3.0), (6, np.nan)):
+        wrong = pose.copy()
+        wrong[entry] = value
+        with pytest.raises(PoseError):
+            solver.solve_one(wrong)
+    for shape in (pose[:6], pose[None], np.zeros((0, 7)), "pose", None):
+        with pytest.raises(PoseError):
+            solver.solve_one(shape)
+    home = solver.robot.home
+    for guess in (
+        home[:-1],
+        home[None],
+        np.full_like(home, np.nan),
+        np.full_like(home, np.inf),
+        ["a"] * len(home),
+    ):
+        with pytest.raises(InitialError):
+            solver.solve_one(pose, guess)
+
+
+def test_its_own_budget_holds_and_may_be_replaced() -> None:
+    solver = load_solver("lm", load_robot("panda"), iterations=1)
+    poses = drawn(solver.robot, 50)
+    assert not any(solver.solve_one(pose)[1] for pose in poses)
+    assert solver.solve(poses[:1]).reason == ("out of iterations",)
+    solver.budget = Budget(iterations=5000)
+    assert all(solver.solve_one(pose)[1] for pose in poses)
+    solver.budget = Budget(time_s=1e-9)
+    assert solver.solve(poses[:1] + 10 * np.eye(7)[0]).reason == ("out of time",)
+
+
+def test_copies_and_pickles_answer_alike(solver: Solver) -> None:
+    pose = drawn(solver.robot, 1)[0]
+    expected = solver.solve_one(pose)[0]
+    for other in (copy.deepcopy(solver), pickle.loads(pickle.dumps(solver))):
+        np.testing.assert_array_equal(other.solve_one(pose)[0], expected)
+
+
+def test_an_answer_is_the_callers_own(solver: Solver) -> None:
+    first, second = drawn(solver.robot, 2)
+    kept = solver.solve_one(first)[0]
+    before = kept.copy()
+    solver.solve_one(second)
+    np.testing.assert_array_equal(kept, before)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_solvers_without_a_compiled_query_have_it_too(name: str) -> None:
+    solver = load_solver(
+        name, load_robot("panda"), **({"time_s": 0.05} if name != "cycleik" else {})
+    )
+    pose = drawn(solver.robot, 1)[0]
+    joints, found = solver.solve_one(pose, solver.robot.home)
+    batch = solver.solve(pose[None], solver.robot.home)
+    assert joints.shape == (7,) and isinstance(found, bool)
+    if name == "cycleik":
+        np.testing.assert_array_equal(joints, batch.joints[0])
+    else:
+        reached = solver.robot.forward_kinematics(joints[None])[0]
+        assert not found or np.linalg.norm(reached[:3] - pose[:3]) < 2e-3
+    with pytest.raises(PoseError):
+        solver.solve_one(pose[None])
+
+
+def test_a_coupled_joint_and_a_robot_of_one_joint(tmp_path: Path) -> None:
+    urdf = tmp_path / "arm.urdf"
+    urdf.write_text(
+        """<robot name="arm"><link name="base"/><link name="a"/><link name="b"/>
+        <joint name="first" type="revolute"><parent link="base"/><child link="a"/>
+          <axis xyz="0 0 1"/><limit lower="-2" upper="2" velocity="1" effort="1"/></joint>
+        <joint name="second" type="revolute"><parent link="a"/><child link="b"/>
+          <origin xyz="0.3 0 0.1"/><axis xyz="0 1 0"/>
+          <limit lower="-2" upper="2" velocity="1" effort="1"/>
+          <mimic joint="first" multiplier="0.5"/></joint></robot>"""
+    )
+    robot = load_robot(urdf=urdf, base="base", tip="b")
+    solver = baselines.load("lm", robot)
+    poses = robot.forward_kinematics(np.linspace(-1.9, 1.9, 9)[:, None])
+    for pose in poses:
+        joints, found = solver.solve_one(pose)
+        assert found
+        np.testing.assert_array_equal(joints, solver.solve(pose[None]).joints[0])
