@@ -9,12 +9,13 @@ where errors are worded.
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any, NamedTuple, TypeGuard
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit, typeof
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from baselines.bound_kernel import BoundKernel, is_plain
 from baselines.checks import UNIT_TOLERANCE
 from baselines.lm_kernel import LmOptions
 from baselines.protocol import Budget, Solution, Solver
@@ -25,7 +26,6 @@ from robots.limits import FARTHEST, FULL_TURN
 Array = NDArray[np.float64]
 
 REFUSED = -1  # status of a query whose numbers the array API has to look at
-FLOAT64 = np.dtype(np.float64)
 POSE_SHAPE = (7,)
 
 
@@ -114,11 +114,8 @@ def turn_nearest(initial, joints, answer):  # type: ignore[no-untyped-def]
             answer[k] += FULL_TURN * np.round((initial[0, k] - answer[k]) / FULL_TURN)
 
 
-class CompiledQuery:
+class CompiledQuery(BoundKernel):
     """A compiled function with all its arguments bound but those of one query.
-
-    Numba's dispatcher looks at the type of every array of every argument anew, which takes longer
-    than half a descent; the entry of the one specialisation that is needed does not.
 
     Args:
         function: Takes (pose (7,), initial (0 or 1, dof), answer (dof,), `LmOptions`, *bound) and
@@ -129,18 +126,8 @@ class CompiledQuery:
     """
 
     def __init__(self, function: Any, options: LmOptions, dof: int, *bound: Any) -> None:
-        arguments = (np.empty(7), np.empty((0, dof)), np.empty(dof), options, *bound)
-        self._entry = function.compile(tuple(typeof(argument) for argument in arguments))
-        self._bound = bound
-
-    def __call__(
-        self, pose: Array, initial: Array, answer: Array, options: LmOptions
-    ) -> tuple[int, int, int, int]:
-        """Run it; the types and layouts of the arrays must be those of `FLOAT64` in C order."""
-        outcome: tuple[int, int, int, int] = self._entry(
-            pose, initial, answer, options, *self._bound
-        )
-        return outcome
+        query = np.empty(7), np.empty((0, dof)), np.empty(dof), options
+        super().__init__(function, query, bound)
 
 
 class CompiledQuerySolver(Solver):
@@ -194,15 +181,15 @@ class CompiledQuerySolver(Solver):
         query, options = self._query, self._options_now()
         if query is None:
             query = self._query = self.compile_query(options)
-        if query is None or not _is_plain(pose, POSE_SHAPE):
+        if query is None or not is_plain(pose, POSE_SHAPE):
             return None
         if initial is None:
             guess = answer[:0].reshape(0, len(answer))
-        elif _is_plain(initial, answer.shape):
+        elif is_plain(initial, answer.shape):
             guess = initial[None]
         else:
             return None
-        outcome = query(pose, guess, answer, options)
+        outcome: tuple[int, int, int, int] = query(pose, guess, answer, options)
         return None if outcome[0] == REFUSED else outcome
 
     def _options_now(self) -> LmOptions:
@@ -211,16 +198,6 @@ class CompiledQuerySolver(Solver):
         if bound is None or bound[0] is not self.budget:
             bound = self._bound = (self.budget, self.options(None))
         return bound[1]
-
-
-def _is_plain(values: object, shape: tuple[int, ...]) -> TypeGuard[Array]:
-    """Whether a value is an array of float64 as compiled code takes it."""
-    return (
-        type(values) is np.ndarray
-        and values.shape == shape
-        and values.dtype is FLOAT64
-        and values.flags.carray
-    )
 
 
 def _solution(answer: Array, status: int, iterations: int, starts: int, ns: int) -> Solution:

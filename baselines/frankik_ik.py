@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from baselines.analytical import AnalyticalSolver
+from baselines.checks import count_settings
+from baselines.errors import SettingError
 from baselines.transforms import pose_matrix
 
 if TYPE_CHECKING:
@@ -24,24 +27,29 @@ class Frankik(AnalyticalSolver):
 
     Args:
         robot: The robot to solve for.
-        samples: Angles of the last joint that are tried.
+        samples: Angles of the last joint that are tried, once few and, where none of them leads to
+            a solution, more.
         interval_deg: Range of these angles around the initial guess [deg].
         **checks: Tolerances, see `AnalyticalSolver`.
     """
 
     requires: ClassVar[tuple[str, ...]] = ("frankik",)
 
-    def __init__(self, robot: Robot, *, samples: int, interval_deg: float, **checks: Any) -> None:
+    def __init__(
+        self, robot: Robot, *, samples: Sequence[int], interval_deg: float, **checks: Any
+    ) -> None:
         import frankik
 
-        super().__init__(robot, **checks)
-        self.samples, self.interval_deg = samples, interval_deg
-        self._library = frankik
         # Its inverse takes the flange, its forward kinematics gives the tip of the hand.
         home = np.array(frankik.kQDefault)
         reached = frankik.fk(home)
         flange_to_tip = np.linalg.inv(reached) @ frankik.fk(frankik.ik(reached, home, home[6]))
-        self._tip_to_flange = np.linalg.inv(flange_to_tip)
+        super().__init__(robot, tool=np.linalg.inv(flange_to_tip), **checks)
+        if isinstance(samples, str) or not isinstance(samples, Sequence) or not samples:
+            raise SettingError(f"expected samples as a list such as [5, 60], got {samples!r}")
+        counts = count_settings({f"samples[{i}]": count for i, count in enumerate(samples)})
+        self.samples, self.interval_deg = tuple(counts.values()), interval_deg
+        self._library = frankik
 
     @classmethod
     def skip(cls, robot: Robot | None = None) -> str | None:
@@ -63,8 +71,8 @@ class Frankik(AnalyticalSolver):
                 return f"frankik knows the Franka Emika Panda only, {robot.name} is another robot"
         return None
 
-    def _candidates(self, target: Array, initial: Array) -> Array:
-        found = self._library.ik_sample_q7(
-            target @ self._tip_to_flange, initial, False, self.samples, self.interval_deg, True
-        )
-        return np.array(found).reshape(-1, 7)
+    def _candidates(self, end: Array, guess: Array) -> Iterator[Array]:
+        for count in self.samples:
+            found = self._library.ik_sample_q7(end, guess, False, count, self.interval_deg, True)
+            if found:
+                yield np.array(found)

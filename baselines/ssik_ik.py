@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -28,19 +29,18 @@ class Ssik(AnalyticalSolver):
 
     Args:
         robot: The robot to solve for.
-        solutions: Solutions asked of the library for each pose.
+        solutions: Solutions that the library is to return for each pose.
         **checks: Tolerances, see `AnalyticalSolver`.
     """
 
     requires: ClassVar[tuple[str, ...]] = ("ssik",)
 
     def __init__(self, robot: Robot, *, solutions: int, **checks: Any) -> None:
-        super().__init__(robot, **checks)
-        self.solutions = solutions
         self._arm, offset = _arm_and_offset(robot)
         if offset is None:
             raise SolverError(f"{robot.name} is not the arm {ARM} of ssik")
-        self._from_tip = offset
+        super().__init__(robot, tool=offset, **checks)
+        self.solutions = solutions
 
     @classmethod
     def skip(cls, robot: Robot | None = None) -> str | None:
@@ -50,10 +50,9 @@ class Ssik(AnalyticalSolver):
             return f"ssik is used for the Franka Emika Panda only, {robot.name} is another robot"
         return reason
 
-    def _candidates(self, target: Array, initial: Array) -> Array:
-        flange = target @ self._from_tip
-        found = self._arm.solve(flange, max_solutions=self.solutions, q_seed=initial)
-        return np.array([solution.q for solution in found]).reshape(-1, self.robot.dof)
+    def _candidates(self, end: Array, guess: Array) -> Iterator[Array]:
+        found = self._arm.solve(end, max_solutions=self.solutions, q_seed=guess)
+        yield np.array([solution.q for solution in found]).reshape(-1, self.robot.dof)
 
 
 def _arm_and_offset(robot: Robot) -> tuple[Any, Array | None]:

@@ -142,14 +142,28 @@ def test_optik_skips_sliding_joints():
 
 
 class Proposing(AnalyticalSolver):
-    """Proposes what it is told to."""
+    """Proposes what a test sets."""
 
-    def _candidates(self, target, initial):
-        return self.proposals
+    def _candidates(self, end, guess):
+        yield self.proposals.copy()
+
+
+def lm_other(robot, pose, joints):
+    """Joints that reach a pose (1, 7) and are not `joints`."""
+    solver = baselines.load("lm", robot)
+    for seed in range(20):
+        found = solver.solve(pose, robot.sample(1, seed=seed, collision_free=False)[0])
+        if found.found[0] and np.abs(found.joints[0] - joints).max() > 0.5:
+            # To the tolerance of an analytical solver.
+            exact = baselines.load(
+                "lm", robot, position_tolerance_m=1e-9, rotation_tolerance_rad=1e-9
+            ).solve(pose, found.joints[0])
+            return exact.joints[0]
+    raise AssertionError("no other solution was found")
 
 
 def test_analytical_proposals_are_checked(panda):
-    solver = Proposing(panda, limit_tolerance=1e-6, matrix_tolerance=1e-4)
+    solver = Proposing(panda, limit_tolerance=1e-6, matrix_tolerance=1e-4, tool=np.eye(4))
     joints = panda.sample(3, seed=6, collision_free=False)
     pose = panda.forward_kinematics(joints[:1])
     solver.proposals = np.empty((0, 7))
@@ -165,3 +179,11 @@ def test_analytical_proposals_are_checked(panda):
     solver.proposals = panda.upper[None] + 1e-7
     solution = solver.solve(edge)
     assert solution.found[0] and np.array_equal(solution.joints[0], panda.upper)
+    # Of two that are right the one nearer to the initial guess is taken, also by a single query.
+    near, far = joints[0], lm_other(panda, pose, joints[0])
+    for first, second in ((near, far), (far, near)):
+        solver.proposals = np.array([far, near])
+        np.testing.assert_array_equal(solver.solve(pose, first).joints[0], first)
+        np.testing.assert_array_equal(solver.solve_one(pose[0], first)[0], first)
+        assert not np.array_equal(first, second)
+    assert solver.solve_one(edge[0])[1] is False
