@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -16,9 +17,9 @@ from baselines.checks import (
 )
 from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
 from baselines.lm_kernel import LmOptions
-from baselines.lm_query import lm_query
+from baselines.lm_query import lm_query, near_rows
 from baselines.protocol import Budget, Solution
-from baselines.refine import refine
+from baselines.refine import Refined, refine
 from baselines.seed_library import LIBRARY_SEED, SeedLibrary, build_seed_library
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ class LevenbergMarquardt(CompiledQuerySolver):
         seed_library: Random configurations that are remembered with their poses; 0 for none.
         neighbours: Of these, the nearest that are descended from where the initial guess leads
             nowhere, before random configurations.
+        max_jump: How far each joint may be from the initial guess, or from home without one
+            [rad or m]; what is further is not found. None allows any distance.
         threads: Threads that share a batch; 0 for all of numba's.
         time_s: Wall-clock budget per pose where `solve` gets none [s].
         iterations: Iteration budget per pose where `solve` gets none.
@@ -50,6 +53,7 @@ class LevenbergMarquardt(CompiledQuerySolver):
         *,
         seed_library: int,
         neighbours: int,
+        max_jump: float | None,
         threads: int,
         time_s: float | None,
         iterations: int | None,
@@ -59,6 +63,9 @@ class LevenbergMarquardt(CompiledQuerySolver):
         self.threads = thread_setting(threads)
         remembered = {"seed_library": seed_library, "neighbours": neighbours}
         self._remembered = count_settings(remembered, least=0)
+        self.max_jump = (
+            math.inf if max_jump is None else positive_settings({"max_jump": max_jump})["max_jump"]
+        )
         # The kernel is compiled for these types; others would have it compiled again.
         sizes = ("position_tolerance_m", "rotation_tolerance_rad")
         damping, gain = damping_settings(options.pop("damping"), options.pop("damping_gain"))
@@ -101,12 +108,26 @@ class LevenbergMarquardt(CompiledQuerySolver):
     def compile_query(self, options: LmOptions) -> CompiledQuery:
         """See `CompiledQuerySolver`."""
         robot = self.robot
-        bound = (joint_range(robot), robot.home, robot.chain, self.library)
+        bound = (joint_range(robot), robot.home, robot.chain, self.library, self.max_jump)
         return CompiledQuery(lm_query, options, robot.dof, *bound)
 
     def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
         options = self.options(budget)
+        if self.max_jump < math.inf:
+            return self._solve_near(poses, initial, options)
         refined = refine(
             self.robot, poses, initial[:, None, :], options, self.threads, self.library
         )
         return refined.solution()
+
+    def _solve_near(self, poses: Array, initial: Array, options: LmOptions) -> Solution:
+        """Solve poses within the largest jump of their initial guesses."""
+        robot, answers = self.robot, np.empty_like(initial)
+        outcomes = np.empty((len(poses), 4), dtype=np.int64)
+        bound = self.library, options, self.max_jump
+        near_rows(robot.chain, poses, initial[:, None], *bound, answers, outcomes)
+        status, iterations, starts, ns = outcomes.T
+        refined = Refined(
+            answers, status, iterations, starts, np.asarray(ns * 1e-9, dtype=np.float64)
+        )
+        return replace(refined, joints=robot.nearest_turns(answers)).solution()

@@ -152,6 +152,22 @@ def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[
 
 
 @njit(cache=True)
+def first_start_only(options):  # type: ignore[no-untyped-def]
+    """Return options under which the first seed alone is descended from."""
+    return LmOptions(
+        options.position_tolerance_m,
+        options.rotation_tolerance_rad,
+        options.damping,
+        options.damping_gain,
+        options.patience,
+        options.max_active_set_passes,
+        options.iterations,
+        1,
+        options.time_ns,
+    )
+
+
+@njit(cache=True)
 def refine_row(chain, pose, seeds, library, options, joints):  # type: ignore[no-untyped-def]
     """Solve one pose (7,) from seeds (K, dof) into joints (dof,).
 

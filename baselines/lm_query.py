@@ -6,12 +6,31 @@ import numpy as np
 from numba import njit
 
 from baselines.compiled_query import REFUSED, take_initial, take_pose, turn_nearest
-from baselines.lm_kernel import refine_row
+from baselines.lm_kernel import first_start_only, refine_row
+from robots.chain import Chain
 
 
 @njit(cache=True)
-def lm_query(pose, initial, answer, options, joints, home, chain, library):  # type: ignore[no-untyped-def]
+def drawn_in(chain, guess, max_jump):  # type: ignore[no-untyped-def]
+    """Return a chain whose joints stay within a distance [rad or m] of a guess (dof,)."""
+    return Chain(
+        chain.rotations,
+        chain.translations,
+        chain.prismatic,
+        chain.variable,
+        chain.multiplier,
+        chain.offset,
+        np.maximum(chain.lower, guess - max_jump),
+        np.minimum(chain.upper, guess + max_jump),
+    )
+
+
+@njit(cache=True)
+def lm_query(pose, initial, answer, options, joints, home, chain, library, max_jump):  # type: ignore[no-untyped-def]
     """Solve one pose from an initial guess, or else from home.
+
+    With a largest jump the limits are drawn in around the guess, and it is the only start: its
+    descent runs along those limits like along any others, and ends inside them.
 
     Args:
         pose: (7,) target in the base frame, x y z [m], qw qx qy qz.
@@ -22,6 +41,7 @@ def lm_query(pose, initial, answer, options, joints, home, chain, library):  # t
         home: (dof,) guess where there is none.
         chain: The robot's `Chain`.
         library: `SeedLibrary`.
+        max_jump: How far each joint may be from the guess [rad or m]; infinite for any distance.
 
     Returns:
         Status, iterations, starts and time [ns], or (`REFUSED`, 0, 0, 0).
@@ -30,6 +50,32 @@ def lm_query(pose, initial, answer, options, joints, home, chain, library):  # t
     seeds[0] = home
     if not (take_pose(pose, target) and take_initial(initial, joints, seeds)):
         return REFUSED, 0, 0, 0
-    outcome = refine_row(chain, target, seeds, library, options, answer)
+    if max_jump < np.inf:
+        near = drawn_in(chain, seeds[0], max_jump)
+        outcome = refine_row(near, target, seeds, library, first_start_only(options), answer)
+    else:
+        outcome = refine_row(chain, target, seeds, library, options, answer)
     turn_nearest(initial, joints, answer)
     return outcome
+
+
+@njit(cache=True)
+def near_rows(chain, poses, guesses, library, options, max_jump, answers, outcomes):  # type: ignore[no-untyped-def]
+    """Solve a batch within a largest jump, whose limits are each row's own.
+
+    Args:
+        chain: The robot's `Chain`.
+        poses: (N, 7) targets.
+        guesses: (N, 1, dof) initial guesses inside the limits [rad or m].
+        library: `SeedLibrary`.
+        options: `LmOptions`.
+        max_jump: How far each joint may be from its guess [rad or m].
+        answers: (N, dof) receives the joints.
+        outcomes: (N, 4) receives status, iterations, starts and time [ns].
+    """
+    once = first_start_only(options)
+    for row in range(poses.shape[0]):
+        near = drawn_in(chain, guesses[row, 0], max_jump)
+        outcome = refine_row(near, poses[row], guesses[row], library, once, answers[row])
+        for k in range(4):
+            outcomes[row, k] = outcome[k]

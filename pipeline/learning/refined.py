@@ -14,7 +14,7 @@ from baselines.checks import check_poses
 from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
 from baselines.lm import LevenbergMarquardt
 from baselines.lm_kernel import LmOptions
-from baselines.refine import refine
+from baselines.refine import Refined, refine
 from baselines.refine_torch import refine_place, refine_torch
 from baselines.registry import settings
 from baselines.seed_library import LIBRARY_SEED, build_seed_library
@@ -135,17 +135,45 @@ class RefinedSolver(CompiledQuerySolver):
         self, poses: NDArray[np.float64], first: NDArray[np.float64], budget: Budget | None
     ) -> Solution:
         """Refine from the first seeds (N, 0 or 1, dof), then from the hypotheses."""
+        inside = self.proposer.in_domain(poses)
+        if inside.all():
+            return self._proposed(poses, first, budget).solution()
+        # Outside, what is remembered is nearer than what the network makes up.
+        outside = ~inside
+        refined = self._descended(poses[outside], first[outside], budget)
+        if not inside.any():
+            return refined.solution()
+        return _merged(inside, self._proposed(poses[inside], first[inside], budget), refined)
+
+    def _proposed(
+        self, poses: NDArray[np.float64], first: NDArray[np.float64], budget: Budget | None
+    ) -> Refined:
+        """Refine from the first seeds, then from the hypotheses."""
         start = time.perf_counter()
         answers = self.hypotheses(poses).joints[:, : self.tried]
         network_s = (time.perf_counter() - start) / len(poses)
-        seeds = np.concatenate((first, answers), axis=1)
+        refined = self._descended(poses, np.concatenate((first, answers), axis=1), budget)
+        refined.time_s[:] += network_s
+        return refined
+
+    def _descended(
+        self, poses: NDArray[np.float64], seeds: NDArray[np.float64], budget: Budget | None
+    ) -> Refined:
+        """Descend from seeds (N, K, dof), then from the seed library."""
         options = self.options(budget)
         if self.accelerator is not None:
-            refined = refine_torch(self.accelerator, poses, seeds, options, self.library)
-        else:
-            refined = refine(self.robot, poses, seeds, options, self.threads, self.library)
-        refined.time_s[:] += network_s
-        return refined.solution()
+            return refine_torch(self.accelerator, poses, seeds, options, self.library)
+        return refine(self.robot, poses, seeds, options, self.threads, self.library)
+
+
+def _merged(chosen: NDArray[np.bool_], these: Refined, others: Refined) -> Solution:
+    """Put rows back where they were: `these` where `chosen` (N,) holds, `others` elsewhere."""
+    columns = {}
+    for name in ("joints", "status", "iterations", "starts", "time_s"):
+        here, there = getattr(these, name), getattr(others, name)
+        columns[name] = np.empty((len(chosen), *here.shape[1:]), dtype=here.dtype)
+        columns[name][chosen], columns[name][~chosen] = here, there
+    return Refined(**columns).solution()
 
 
 def _neural(name: str, robot: Robot, **overrides: Any) -> NeuralSolver:

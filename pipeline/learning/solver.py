@@ -100,6 +100,18 @@ class NeuralSolver(Solver):
         rows = np.arange(len(poses))[:, None]
         return Hypotheses(joints[rows, order], position[rows, order], rotation[rows, order])
 
+    def in_domain(self, poses: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which poses (N, 7) lie in the workspace box whose poses the network learned.
+
+        Its answers outside are extrapolated: worse starts of a descent than remembered poses.
+        """
+        centre, half = (
+            buffer.numpy(force=True)
+            for buffer in (self.network.position_centre, self.network.position_scale)
+        )
+        inside: NDArray[np.bool_] = (np.abs((poses[:, :3] - centre) / half) <= 1.0).all(axis=1)
+        return inside
+
     def refined_query(self, tried: int) -> tuple[Any, tuple[Any, ...]] | None:
         """Return a compiled function that answers one pose and refines it, for `CompiledQuery`.
 

@@ -5,9 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from baselines.clock import now_ns
 from baselines.compiled_query import REFUSED, take_initial, take_pose, turn_nearest
-from baselines.lm_kernel import refine_row
+from baselines.lm_kernel import FOUND, first_start_only, refine_row
 from pipeline.learning.cycleik.experts_kernel import answer_rows
+
+
+@njit(cache=True)
+def in_domain(experts, pose):  # type: ignore[no-untyped-def]
+    """Whether a pose (7,) lies in the box that the network was trained in."""
+    for axis in range(3):
+        shift = pose[axis] - experts.position_centre[axis]
+        if not abs(shift / experts.position_scale[axis]) <= 1.0:
+            return False
+    return True
 
 
 @njit(cache=True)
@@ -15,6 +26,8 @@ def refined_query(  # type: ignore[no-untyped-def]
     pose, initial, answer, options, joints, heads, tried, weights, chain, experts, library
 ):
     """Solve one pose from an initial guess, if there is one, and then from the best hypotheses.
+
+    Outside the network's box there are none, and the seed library comes at once.
 
     Args:
         pose: (7,) target in the base frame, x y z [m], qw qx qy qz.
@@ -37,9 +50,23 @@ def refined_query(  # type: ignore[no-untyped-def]
     seeds = np.empty((given + tried, dof))
     if not (take_pose(pose, targets[0]) and take_initial(initial, joints, seeds)):
         return REFUSED, 0, 0, 0
-    hypotheses, errors = np.empty((1, heads, dof)), np.empty((1, heads, 2))
-    answer_rows(chain, experts, targets, weights, hypotheses, errors)
-    seeds[given:] = hypotheses[0, :tried]
-    outcome = refine_row(chain, targets[0], seeds, library, options, answer)
+    if given > 0:
+        # A guess that leads to a solution spares the network; of what it cost nothing is kept.
+        outcome = refine_row(
+            chain, targets[0], seeds[:given], library, first_start_only(options), answer
+        )
+        if outcome[0] == FOUND:
+            turn_nearest(initial, joints, answer)
+            return outcome
+    timespec = np.empty(2, dtype=np.int64)
+    began = now_ns(timespec)
+    used = given
+    if in_domain(experts, targets[0]):
+        used = given + tried
+        hypotheses, errors = np.empty((1, heads, dof)), np.empty((1, heads, 2))
+        answer_rows(chain, experts, targets, weights, hypotheses, errors)
+        seeds[given:] = hypotheses[0, :tried]
+    outcome = refine_row(chain, targets[0], seeds[:used], library, options, answer)
     turn_nearest(initial, joints, answer)
-    return outcome
+    status, iterations, starts, _ = outcome
+    return status, iterations, starts, now_ns(timespec) - began

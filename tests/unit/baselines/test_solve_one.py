@@ -157,3 +157,56 @@ def test_a_coupled_joint_and_a_robot_of_one_joint(tmp_path: Path) -> None:
         joints, found = solver.solve_one(pose)
         assert found
         np.testing.assert_array_equal(joints, solver.solve(pose[None]).joints[0])
+
+
+def test_outside_its_box_the_network_proposes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """NICOL's network learned poses of a box that holds a quarter of its reach."""
+    solver = load_solver("cycleik_refined", load_robot("nicol"))
+    poses = drawn(solver.robot, 300)
+    centre = solver.proposer.network.position_centre.numpy()
+    half = solver.proposer.network.position_scale.numpy()
+    inside = (np.abs(poses[:, :3] - centre) <= half).all(axis=1)
+    assert 0.1 < inside.mean() < 0.9
+    np.testing.assert_array_equal(solver.proposer.in_domain(poses), inside)
+    seen = []
+    propose = solver.proposer.hypotheses
+    monkeypatch.setattr(
+        solver.proposer, "hypotheses", lambda rows: seen.append(rows) or propose(rows)
+    )
+    batch = solver.solve(poses)
+    np.testing.assert_allclose(np.concatenate(seen), poses[inside], atol=1e-12)
+    assert batch.found.all()
+    reached = solver.robot.forward_kinematics(batch.joints)
+    assert np.linalg.norm(reached[:, :3] - poses[:, :3], axis=1).max() < 1.01e-4
+    # Rows are where they were, whatever is solved with them.
+    for rows in (inside, ~inside):
+        np.testing.assert_array_equal(solver.solve(poses[rows]).joints, batch.joints[rows])
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_with_a_largest_jump_answers_stay_near_the_guess(name: str) -> None:
+    robot = load_robot(name)
+    solver = load_solver("lm", robot, max_jump=0.2)
+    rng = np.random.default_rng(0)
+    joints = robot.sample(200, seed=5, collision_free=False)
+    moved = joints + rng.uniform(-0.1, 0.1, joints.shape)
+    poses = robot.forward_kinematics(np.clip(moved, robot.lower, robot.upper))
+    near = solver.solve(poses, joints)
+    assert near.found.mean() > 0.97
+    assert (near.iterations < 100).all()
+    steps = np.abs(near.joints - joints)
+    assert steps.max() <= 0.2 + 1e-12
+    reached = robot.forward_kinematics(near.joints[near.found])
+    assert np.linalg.norm(reached[:, :3] - poses[near.found, :3], axis=1).max() < 1.01e-4
+    # A pose that only a long way leads to is not found, and nothing jumps for it.
+    far = solver.solve(robot.forward_kinematics(joints[::-1].copy()), joints)
+    assert far.found.mean() < 0.1
+    assert np.abs(far.joints - joints).max() <= 0.2 + 1e-12
+    single = [solver.solve_one(pose, guess) for pose, guess in zip(poses, joints, strict=True)]
+    np.testing.assert_array_equal(np.array([row for row, _ in single]), near.joints)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, "far"])
+def test_a_largest_jump_is_a_number_above_zero(value: object) -> None:
+    with pytest.raises(baselines.SettingError, match="max_jump"):
+        baselines.load("lm", load_robot("panda"), max_jump=value)
