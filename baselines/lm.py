@@ -127,7 +127,6 @@ class LevenbergMarquardt(CompiledQuerySolver):
         bound = self.library, options, self.max_jump
         near_rows(robot.chain, poses, initial[:, None], *bound, answers, outcomes)
         status, iterations, starts, ns = outcomes.T
-        refined = Refined(
-            answers, status, iterations, starts, np.asarray(ns * 1e-9, dtype=np.float64)
-        )
-        return replace(refined, joints=robot.nearest_turns(answers)).solution()
+        time_s = np.asarray(ns * 1e-9, dtype=np.float64)
+        joints = robot.nearest_turns(answers)
+        return Refined(joints, status, iterations, starts, time_s).solution()
