@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from robots.frames import constant_frame, multiplied, slid, store_frame, turned
+from robots.frames import constant_frame, moved, multiplied, store_frame
 from robots.trigonometry import sine_cosine
 
 Array = NDArray[np.float64]
@@ -78,11 +78,8 @@ def find_frames(chain, q, at):  # type: ignore[no-untyped-def]
         at.axes[k, 0], at.axes[k, 1], at.axes[k, 2] = frame[2], frame[5], frame[8]
         at.origins[k, 0], at.origins[k, 1], at.origins[k, 2] = frame[9], frame[10], frame[11]
         position = chain.multiplier[k] * q[chain.variable[k]] + chain.offset[k]
-        if chain.prismatic[k]:
-            frame = slid(frame, position)
-        else:
-            sine, cosine = sine_cosine(position)
-            frame = turned(frame, sine, cosine)
+        sine, cosine = sine_cosine(position)
+        frame = moved(frame, chain.prismatic[k], position, sine, cosine)
         frame = multiplied(frame, chain.rotations[k + 1], chain.translations[k + 1])
     store_frame(frame, at.rotation, at.position)
 
