@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from baselines.clock import pose_key, uniform
 from baselines.damped_step import damped_step
-from baselines.linearise import Linearisation, find_error, find_frames, set_target
+from baselines.linearise import Linearisation, find_error, set_target
 from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, LmOptions, _Scratch
 from baselines.seed_library import FEATURES, ROTATION_SHARE, SeedLibrary
 from robots.chain import Chain
@@ -244,8 +244,7 @@ def kernels(joints: int, dof: int) -> Kernels:
             for head in range(min(seeds.shape[1], 16)):
                 for k in range(dof):
                     s.q[k] = min(max(seeds[row, head, k], chain.lower[k]), chain.upper[k])
-                find_frames(chain, s.q, s.at)
-                distance2, angle2 = find_error(pose, s.at)
+                distance2, angle2 = find_error(chain, s.q, pose, s.at)
                 cost = position_weight * math.sqrt(distance2) + rotation_weight * math.sqrt(angle2)
                 place = head
                 while place > 0 and cost < costs[place - 1]:
@@ -302,8 +301,7 @@ def kernels(joints: int, dof: int) -> Kernels:
                 least, reference = np.inf, np.inf
                 begin(chain, seeds, given, known, near[row], known_tried, row, key, attempt, s.q)
                 fresh = False
-            find_frames(chain, s.q, s.at)
-            distance2, angle2 = find_error(pose, s.at)
+            distance2, angle2 = find_error(chain, s.q, pose, s.at)
             squared = distance2 + angle2
             found = distance2 <= position2 and angle2 <= rotation2
             if squared < least or found:
@@ -397,8 +395,7 @@ def kernels(joints: int, dof: int) -> Kernels:
                 found, moves = False, active
                 squared = 0.0
                 if active:
-                    find_frames(chain, s.q, s.at)
-                    distance2, angle2 = find_error(pose, s.at)
+                    distance2, angle2 = find_error(chain, s.q, pose, s.at)
                     squared = distance2 + angle2
                     found = distance2 <= position2 and angle2 <= rotation2
                     if squared < least or found:

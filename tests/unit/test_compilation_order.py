@@ -1,7 +1,7 @@
 """Bits do not depend on which kernel was compiled first.
 
-A function without a `fastmath` of its own is compiled with that of the caller that needs it first,
-and that version is kept and called by everybody else.
+What a function leaves open (`fastmath`, `forceinline`), numba takes from the caller that needs it
+first, and that version is kept and called by everybody else.
 """
 
 import importlib
@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+import pytest
 from numba.core.registry import CPUDispatcher
 
 ROOT = Path(__file__).parents[2]
@@ -90,14 +91,15 @@ def _called(function: CPUDispatcher) -> list[CPUDispatcher]:
     return called
 
 
-def test_no_function_takes_its_fastmath_from_a_caller() -> None:
+@pytest.mark.parametrize("option", ["fastmath", "forceinline"])
+def test_no_function_takes_an_option_from_a_caller(option: str) -> None:
     functions = _compiled()
     assert len(functions) > 60
     inherited = [
         f"{name} -> {called.py_func.__module__}.{called.py_func.__name__}"
         for name, function in functions.items()
-        if function.targetoptions.get("fastmath")
+        if function.targetoptions.get(option)
         for called in _called(function)
-        if "fastmath" not in called.targetoptions
+        if option not in called.targetoptions
     ]
-    assert not inherited, "state fastmath on the callee, as robots/frames.py does"
+    assert not inherited, f"state {option} on the callee, as robots/frames.py does"
