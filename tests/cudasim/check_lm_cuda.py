@@ -45,6 +45,14 @@ def reachable(robot: Robot, count: int, seed: int = 5) -> np.ndarray:
     return robot.forward_kinematics(robot.sample(count, seed=seed, collision_free=False))
 
 
+def with_restarts(robot: Robot) -> np.ndarray:
+    """Poses (8, 7), three of which take the CPU a few starts: the simulator is slow with many."""
+    poses = reachable(robot, 400)
+    starts = refine(robot, poses, home(robot, 400)[:, :0], OPTIONS).starts
+    few = (starts > 1) & (starts < 4)
+    return np.concatenate((poses[starts == 1][:5], poses[few][:3]))
+
+
 def home(robot: Robot, count: int) -> np.ndarray:
     return np.broadcast_to(robot.home, (count, 1, robot.dof))
 
@@ -65,11 +73,11 @@ def check_same(ours: Refined, theirs: Refined) -> None:
 
 
 def test_lanes_give_the_rows_of_the_cpu(robot: Robot) -> None:
-    poses = reachable(robot, 8)
+    poses = with_restarts(robot)
     ours = LmCuda(robot, OPTIONS, way="lane").solve(poses)
-    theirs = refine(robot, poses, home(robot, 8)[:, :0], OPTIONS)
+    theirs = refine(robot, poses, home(robot, len(poses))[:, :0], OPTIONS)
     check_same(ours, theirs)
-    assert robot.name == "nicol" or theirs.starts.max() > 1
+    assert theirs.starts.max() > 1
     check_same(
         LmCuda(robot, OPTIONS, way="lane").solve(poses[:4], home=True),
         refine(robot, poses[:4], home(robot, 4), OPTIONS),
