@@ -27,13 +27,7 @@ from baselines.bio_ik_species import (
     select,
 )
 from baselines.clock import now_ns, pose_key
-from baselines.linearise import (
-    find_error,
-    find_frames,
-    find_jacobian,
-    new_linearisation,
-    set_target,
-)
+from baselines.linearise import find_error, find_jacobian, new_linearisation, set_target
 
 __all__ = ["FOUND", "OUT_OF_ITERATIONS", "OUT_OF_TIME", "BioOptions", "evolve_rows"]
 
@@ -43,8 +37,7 @@ FOUND, OUT_OF_ITERATIONS, OUT_OF_TIME = 0, 1, 2
 @njit(cache=True)
 def _measure(chain, pose, q, at, weight2):  # type: ignore[no-untyped-def]
     """Exact cost of q (dof,), with its squared distance [m²] and angle [rad²]."""
-    find_frames(chain, q, at)
-    distance2, angle2 = find_error(pose, at)
+    distance2, angle2 = find_error(chain, q, pose, at)
     return distance2 + weight2 * angle2, distance2, angle2
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from numba import njit
 
 
-@njit(cache=True, fastmath={"contract", "reassoc"})
+@njit(cache=True, fastmath={"contract", "reassoc"}, forceinline=True)
 def damped_solve(J, free, error, damping, y):  # type: ignore[no-untyped-def]
     """Solve (Σ JₖᵀJₖ + λ I) y = e over the free joints k by an L D Lᵀ factorisation.
 

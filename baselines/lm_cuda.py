@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-WAYS = ("auto", "lane", "block")
+MAPPINGS = ("auto", "lane", "block")
 THREADS = 64  # of a block where each has a pose of its own
 # Blocks that a multiprocessor holds of either kind: each thread takes all registers it can get.
 LANE_BLOCKS, BLOCK_BLOCKS = 4, 16
 # Poses up to which a block works at each; above, the device is full with a thread a pose.
-FEW = 4096
+MAX_BLOCK_POSES = 4096
 
 
 def skip() -> str | None:
@@ -45,7 +45,7 @@ class DeviceAnswers(NamedTuple):
 
     Attributes:
         joints: (N, dof) best joints met, inside the limits [rad or m].
-        facts: (3, N) status, iterations and starts, whole numbers as float64; see `Refined`. Where
+        facts: (3, N) status, iterations and starts, integers as float64; see `Refined`. Where
             the threads of a block share a pose, iterations are those of all of them.
     """
 
@@ -53,7 +53,7 @@ class DeviceAnswers(NamedTuple):
     facts: Any
 
 
-class _Room:
+class _DeviceBuffers:
     """Arrays on the device for a number of poses, kept from call to call."""
 
     def __init__(self, count: int, dof: int, near: int) -> None:
@@ -77,8 +77,8 @@ class LmCuda:
         robot: The robot.
         options: Tolerances, damping and budget; no time limit.
         library: Configurations to start from after the seeds.
-        way: Who works at a pose: lane (a thread, as on the CPU), block (the threads of a block,
-            each from a start of its own), or auto: a block where poses are few.
+        mapping: What works at a pose: lane (a thread, as on the CPU), block (the threads of a
+            block, each from a start of its own), or auto: a block where poses are few.
         lanes: Threads of a block that work at one pose, a multiple of 32.
         near: Remembered configurations that a lane tries before it leaves the pose to a block.
         captured: Record the launches for a number of poses at the second call and replay them from
@@ -94,46 +94,46 @@ class LmCuda:
         robot: Robot,
         options: LmOptions,
         library: SeedLibrary | None = None,
-        way: str = "auto",
+        mapping: str = "auto",
         lanes: int = 32,
         near: int = 2,
         captured: bool = False,
     ) -> None:
         if reason := skip():
-            raise SettingError(f"device cuda was asked for, but {reason}: use cpu")
+            raise SettingError(f"device cuda was requested, but {reason}: use cpu")
         from numba import cuda
 
         from baselines import lm_cuda_kernels
+        from baselines.lm_cuda_block import MAX_LANES
+        from baselines.lm_cuda_device import COUNTERS, packed_constants
 
-        if way not in WAYS:
-            raise SettingError(f"expected a way of {', '.join(WAYS)}, got {way!r}")
-        if not 1 <= lanes <= lm_cuda_kernels.MOST_LANES:
-            raise SettingError(
-                f"expected 1 to {lm_cuda_kernels.MOST_LANES} lanes a pose, got {lanes}"
-            )
+        if mapping not in MAPPINGS:
+            raise SettingError(f"expected a mapping of {', '.join(MAPPINGS)}, got {mapping!r}")
+        if not 1 <= lanes <= MAX_LANES:
+            raise SettingError(f"expected 1 to {MAX_LANES} lanes a pose, got {lanes}")
         if options.time_ns > 0:
-            raise SettingError("a CUDA device heeds a budget of iterations only, got time_s")
+            raise SettingError("a CUDA device takes a budget of iterations only, got time_s")
         library = empty_seed_library(robot.dof) if library is None else library
-        self.dof, self.way, self.lanes = robot.dof, way, lanes
+        self.dof, self.mapping, self.lanes = robot.dof, mapping, lanes
         self._turned = robot.nearest_turns
         self.captured = captured
         self.remembers = len(library.joints) > 0
         self.near = min(near, lm_cuda_kernels.WARP)
         self._warp, self._cuda = lm_cuda_kernels.WARP, cuda
         self._kernels = lm_cuda_kernels.kernels(len(robot.chain.prismatic), robot.dof)
-        reals, whole = lm_cuda_kernels.packed_constants(robot.chain, options, library)
-        self._constants = cuda.to_device(reals), cuda.to_device(whole)
+        reals, integers = packed_constants(robot.chain, options, library)
+        self._constants = cuda.to_device(reals), cuda.to_device(integers)
         known = library.joints if self.remembers else np.zeros((1, robot.dof))
         features = library.features if self.remembers else np.zeros((1, 1), dtype=np.float32)
         self._known = cuda.to_device(np.ascontiguousarray(known))
         self._features = cuda.to_device(np.ascontiguousarray(features))
-        self._counters = cuda.to_device(np.zeros(lm_cuda_kernels.COUNTERS, dtype=np.int32))
+        self._counters = cuda.to_device(np.zeros(COUNTERS, dtype=np.int32))
         self._no_seeds = cuda.to_device(np.zeros((1, 1, robot.dof)))
         self._home = cuda.to_device(np.ascontiguousarray(robot.home, np.float64)[None, None])
         # The simulator of numba knows no device.
         device = getattr(cuda, "get_current_device", object)()
         self._processors = getattr(device, "MULTIPROCESSOR_COUNT", 1)
-        self._rooms: dict[int, _Room] = {}
+        self._kept_buffers: dict[int, _DeviceBuffers] = {}
         self._launches: dict[Any, Any] = {}
         self._stream: Any = 0
 
@@ -153,10 +153,10 @@ class LmCuda:
         if count == 0:
             return self._refined(np.empty((0, self.dof)), np.empty((3, 0)), 0.0)
         self.solve_on_device(poses, seeds, home)
-        room = self._rooms[count]
-        room.answers.copy_to_host(room.host)
-        joints = room.host[: count * self.dof].reshape(count, self.dof).copy()
-        facts = room.host[count * self.dof :].reshape(3, count)
+        buffers = self._kept_buffers[count]
+        buffers.answers.copy_to_host(buffers.host)
+        joints = buffers.host[: count * self.dof].reshape(count, self.dof).copy()
+        facts = buffers.host[count * self.dof :].reshape(3, count)
         return self._refined(joints, facts, time.perf_counter() - began)
 
     def solve_on_device(self, poses: Any, seeds: Any = None, home: bool = False) -> DeviceAnswers:
@@ -165,26 +165,26 @@ class LmCuda:
         Arguments are those of `solve`; N > 0.
         """
         count = len(poses)
-        room = self._room(count)
+        buffers = self._buffers_for(count)
         if not self.captured or not (seeds is None or callable(seeds)):
-            targets = self._on_device(poses, room.poses)
-            return self._descend(room, targets, seeds, home)
+            targets = self._on_device(poses, buffers.poses)
+            return self._descend(buffers, targets, seeds, home)
         if hasattr(poses, "__cuda_array_interface__"):
             poses = self._on_device(poses)
         else:
             poses = np.ascontiguousarray(poses, dtype=np.float64)
-        room.poses.copy_to_device(poses)
+        buffers.poses.copy_to_device(poses)
         key = home, id(seeds)
-        if key not in room.graphs:
-            room.graphs[key] = None  # the first call compiles
-            return self._descend(room, room.poses, seeds, home)
-        if room.graphs[key] is None:
-            room.graphs[key] = self._capture(room, seeds, home)
-        room.graphs[key].replay()
-        return DeviceAnswers(room.joints, room.facts)
+        if key not in buffers.graphs:
+            buffers.graphs[key] = None  # the first call compiles
+            return self._descend(buffers, buffers.poses, seeds, home)
+        if buffers.graphs[key] is None:
+            buffers.graphs[key] = self._capture(buffers, seeds, home)
+        buffers.graphs[key].replay()
+        return DeviceAnswers(buffers.joints, buffers.facts)
 
-    def _capture(self, room: _Room, seeds: Any, home: bool) -> Any:
-        """Record the launches for the poses of a room."""
+    def _capture(self, buffers: _DeviceBuffers, seeds: Any, home: bool) -> Any:
+        """Record the launches for the poses in some buffers."""
         import torch
 
         graph = torch.cuda.CUDAGraph()
@@ -193,12 +193,14 @@ class LmCuda:
             stream = torch.cuda.current_stream().cuda_stream
             self._stream = self._cuda.external_stream(stream)
             try:
-                self._descend(room, room.poses, seeds, home)
+                self._descend(buffers, buffers.poses, seeds, home)
             finally:
                 self._stream = 0
         return graph
 
-    def _descend(self, room: _Room, targets: Any, seeds: Any, home: bool) -> DeviceAnswers:
+    def _descend(
+        self, buffers: _DeviceBuffers, targets: Any, seeds: Any, home: bool
+    ) -> DeviceAnswers:
         """Start all kernels for targets on the device."""
         count = len(targets)
         if seeds is None:
@@ -209,15 +211,15 @@ class LmCuda:
             seeds = self._on_device(seeds)
             given = seeds.shape[1]
         kernels = self._kernels
-        if self.way_for(count) == "block":
-            self._by_block(room, targets, seeds, given, False, count)
-            return DeviceAnswers(room.joints, room.facts)
+        if self.mapping_for(count) == "block":
+            self._by_block(buffers, targets, seeds, given, False, count)
+            return DeviceAnswers(buffers.joints, buffers.facts)
         blocks = min(count, 8 * self._processors)
         self.launch(kernels.prepare, blocks, self._warp)(
-            *self._constants, targets, self._features, room.near, self._counters
+            *self._constants, targets, self._features, buffers.near, self._counters
         )
         # By lanes alone all starts are tried, otherwise as many as most poses need.
-        starts = given + self.near if self.way == "auto" and self.remembers else 2**62
+        starts = given + self.near if self.mapping == "auto" and self.remembers else 2**62
         blocks = min(-(-count // THREADS), LANE_BLOCKS * self._processors)
         self.launch(kernels.by_lane, blocks, THREADS)(
             *self._constants,
@@ -225,23 +227,23 @@ class LmCuda:
             seeds,
             given,
             self._known,
-            room.near,
+            buffers.near,
             starts,
-            room.joints,
-            room.least,
-            room.facts,
-            room.left,
+            buffers.joints,
+            buffers.least,
+            buffers.facts,
+            buffers.left,
             self._counters,
         )
         if starts < 2**62:
-            self._by_block(room, targets, seeds, given, True, count)
-        return DeviceAnswers(room.joints, room.facts)
+            self._by_block(buffers, targets, seeds, given, True, count)
+        return DeviceAnswers(buffers.joints, buffers.facts)
 
-    def way_for(self, count: int) -> str:
-        """Who works at a pose in a batch of `count`: lane (at first) or block."""
-        if self.way == "auto":
-            return "block" if count <= FEW else "lane"
-        return self.way
+    def mapping_for(self, count: int) -> str:
+        """What works at a pose in a batch of `count`: lane (at first) or block."""
+        if self.mapping == "auto":
+            return "block" if count <= MAX_BLOCK_POSES else "lane"
+        return self.mapping
 
     def blocks_for(self, count: int) -> int:
         """Blocks that keep the device busy where each takes `count` poses in turn."""
@@ -260,7 +262,7 @@ class LmCuda:
         return self._launches[key]
 
     def new_array(self, shape: tuple[int, ...]) -> Any:
-        """Room for float64 numbers on the device."""
+        """Allocate float64 numbers on the device."""
         return self._cuda.device_array(shape, dtype=np.float64)
 
     def rank(self, poses: Any, seeds: Any, position_weight: float, rotation_weight: float) -> None:
@@ -282,7 +284,13 @@ class LmCuda:
         )
 
     def _by_block(
-        self, room: _Room, targets: Any, seeds: Any, given: int, chosen: bool, count: int
+        self,
+        buffers: _DeviceBuffers,
+        targets: Any,
+        seeds: Any,
+        given: int,
+        chosen: bool,
+        count: int,
     ) -> None:
         self.launch(self._kernels.by_block, self.blocks_for(count), self.lanes)(
             *self._constants,
@@ -292,31 +300,31 @@ class LmCuda:
             self._known,
             self._features,
             chosen,
-            room.joints,
-            room.least,
-            room.facts,
-            room.left,
+            buffers.joints,
+            buffers.least,
+            buffers.facts,
+            buffers.left,
             self._counters,
         )
 
-    def _room(self, count: int) -> _Room:
-        if count not in self._rooms:
-            if len(self._rooms) >= 16:
-                self._rooms.clear()
-            self._rooms[count] = _Room(count, self.dof, max(self.near, 1))
-        return self._rooms[count]
+    def _buffers_for(self, count: int) -> _DeviceBuffers:
+        if count not in self._kept_buffers:
+            if len(self._kept_buffers) >= 16:
+                self._kept_buffers.clear()
+            self._kept_buffers[count] = _DeviceBuffers(count, self.dof, max(self.near, 1))
+        return self._kept_buffers[count]
 
-    def _on_device(self, values: Any, room: Any = None) -> Any:
+    def _on_device(self, values: Any, buffers: Any = None) -> Any:
         """Values as an array of numba's on the device, copied only from the host."""
         if hasattr(values, "__cuda_ndarray__"):
             return values
         if hasattr(values, "__cuda_array_interface__"):
             return self._cuda.as_cuda_array(values)
         values = np.ascontiguousarray(values, dtype=np.float64)
-        if room is None:
+        if buffers is None:
             return self._cuda.to_device(values)
-        room.copy_to_device(values)
-        return room
+        buffers.copy_to_device(values)
+        return buffers
 
     def _refined(self, joints: Array, facts: Array, seconds: float) -> Refined:
         status, iterations, starts = facts.astype(np.int64)

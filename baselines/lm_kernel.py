@@ -22,13 +22,7 @@ from numpy.typing import NDArray
 
 from baselines.clock import now_ns, pose_key, uniform
 from baselines.damped_step import damped_step
-from baselines.linearise import (
-    Linearisation,
-    find_error,
-    find_frames,
-    new_linearisation,
-    set_target,
-)
+from baselines.linearise import Linearisation, find_error, new_linearisation, set_target
 from baselines.seed_library import find_distances, take_nearest
 
 Array = NDArray[np.float64]
@@ -121,8 +115,7 @@ def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[
         _start(chain, pose, seeds, library, key, attempt, s)
         since, reference = 0, np.inf
         while True:
-            find_frames(chain, s.q, s.at)
-            distance2, angle2 = find_error(pose, s.at)
+            distance2, angle2 = find_error(chain, s.q, pose, s.at)
             squared = distance2 + angle2
             if squared < least:
                 least = squared

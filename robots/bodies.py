@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.chain import Drive, turn_to_z
+from robots.chain import Drive, DrivenJoints, driven_joints, turn_to_z
 from robots.urdf import Joint, Urdf
 from robots.urdf_writer import joint_motion
 
@@ -29,19 +29,13 @@ class BodyTree(NamedTuple):
         parent: (m,) index of the driven joint above, -1 for the root.
         rotations: (m, 3, 3) and
         translations: (m, 3) of the constant transform from the parent's frame, m.
-        prismatic: (m,) whether a joint slides.
-        variable: (m,) index into q.
-        multiplier: (m,) and
-        offset: (m,) give the joint position, multiplier x q + offset, rad or m.
+        driven: How the joints follow the variables.
     """
 
     parent: NDArray[np.int64]
     rotations: Array
     translations: Array
-    prismatic: NDArray[np.bool_]
-    variable: NDArray[np.int64]
-    multiplier: Array
-    offset: Array
+    driven: DrivenJoints
 
 
 @dataclass(frozen=True)
@@ -88,16 +82,12 @@ def build_bodies(urdf: Urdf, driven: dict[str, Drive]) -> Bodies:
             names.append(joint.name)
             parents.append(frame[link])
             constants.append(start @ turn)
-    chosen = [driven[name] for name in names]
     stacked = np.stack(constants)
     tree = BodyTree(
         parent=np.array(parents, dtype=np.int64),
         rotations=np.ascontiguousarray(stacked[:, :3, :3]),
         translations=np.ascontiguousarray(stacked[:, :3, 3]),
-        prismatic=np.array([urdf.joints[name].kind == "prismatic" for name in names]),
-        variable=np.array([drive.variable for drive in chosen], dtype=np.int64),
-        multiplier=np.array([drive.multiplier for drive in chosen]),
-        offset=np.array([drive.offset for drive in chosen]),
+        driven=driven_joints([urdf.joints[name] for name in names], driven),
     )
     return Bodies(tree, tuple(names), frame, pose)
 

@@ -123,6 +123,38 @@ def _drive(urdf: Urdf, name: str, variables: list[str], posture: dict[str, float
     return Drive(-1, 0.0, min(max(0.0, joint.lower), joint.upper))
 
 
+class DrivenJoints(NamedTuple):
+    """How m joints follow the variables, as plain arrays for compiled code.
+
+    Attributes:
+        prismatic: (m,) whether a joint slides along its z axis instead of turning about it.
+        variable: (m,) index into q of the variable that drives a joint.
+        multiplier: (m,) and
+        offset: (m,) give the joint position, multiplier x q + offset, in rad or m.
+    """
+
+    prismatic: NDArray[np.bool_]
+    variable: NDArray[np.int64]
+    multiplier: Array
+    offset: Array
+
+
+def driven_joints(joints: list[Joint], driven: dict[str, Drive]) -> DrivenJoints:
+    """Collect what moves some joints into arrays.
+
+    Args:
+        joints: m joints that move.
+        driven: What moves each joint (`drives`).
+    """
+    chosen = [driven[joint.name] for joint in joints]
+    return DrivenJoints(
+        prismatic=np.array([joint.kind == "prismatic" for joint in joints]),
+        variable=np.array([drive.variable for drive in chosen], dtype=np.int64),
+        multiplier=np.array([drive.multiplier for drive in chosen]),
+        offset=np.array([drive.offset for drive in chosen]),
+    )
+
+
 def build_chain(
     urdf: Urdf,
     base: str,
@@ -156,14 +188,10 @@ def build_chain(
         pending = turn.T.copy()
     constants.append(pending)
     frames = np.stack(constants)
-    chosen = [driven[joint.name] for joint in moving]
     return Chain(
         rotations=np.ascontiguousarray(frames[:, :3, :3]),
         translations=np.ascontiguousarray(frames[:, :3, 3]),
-        prismatic=np.array([joint.kind == "prismatic" for joint in moving]),
-        variable=np.array([drive.variable for drive in chosen], dtype=np.int64),
-        multiplier=np.array([drive.multiplier for drive in chosen]),
-        offset=np.array([drive.offset for drive in chosen]),
+        **driven_joints(moving, driven)._asdict(),
         lower=lower.copy(),
         upper=upper.copy(),
     )

@@ -38,11 +38,12 @@ def _write(rows, i, frame):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _frames(tree, q, frames):  # type: ignore[no-untyped-def]
     """Frames of the driven joints; row 0 is the root, row k + 1 is joint k."""
+    driven = tree.driven
     for k in range(tree.parent.shape[0]):
         above = _read(frames, tree.parent[k] + 1)
         frame = multiplied(above, tree.rotations[k], tree.translations[k])
-        position = tree.multiplier[k] * q[tree.variable[k]] + tree.offset[k]
-        if tree.prismatic[k]:
+        position = driven.multiplier[k] * q[driven.variable[k]] + driven.offset[k]
+        if driven.prismatic[k]:
             frame = slid(frame, position)
         else:
             sine, cosine = sine_cosine(position)

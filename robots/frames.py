@@ -2,7 +2,12 @@
 """Frames in compiled code: tuples of twelve numbers, the rotation row by row, then the origin.
 
 The compiler keeps such a tuple in registers, where small arrays would go through memory. The
-functions are inlined into the kernels of `robots.kinematics` and `robots.contact`.
+functions are inlined into the kernels of `robots.kinematics`, `robots.collision_kernel` and
+`baselines.linearise`.
+
+Each states `fastmath` and `forceinline`: what a function leaves open, numba takes from the caller
+that needs it first, and its results in all other callers would depend on the order of compilation.
+Left to LLVM, some of these calls stay calls and pass their frames through memory.
 """
 
 from __future__ import annotations
@@ -12,7 +17,7 @@ import math
 from numba import njit
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def constant_frame(rotation, translation):  # type: ignore[no-untyped-def]
     """Frame tuple of a rotation (3, 3) and a translation (3,) in m."""
     return (
@@ -23,7 +28,7 @@ def constant_frame(rotation, translation):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def turned(frame, sine, cosine):  # type: ignore[no-untyped-def]
     """Turn a frame about its own z axis, by an angle given by its sine and cosine."""
     a, b, c, d, e, f, g, h, i, x, y, z = frame
@@ -35,14 +40,30 @@ def turned(frame, sine, cosine):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def slid(frame, length):  # type: ignore[no-untyped-def]
     """Shift a frame along its own z axis, by a length in m."""
     a, b, c, d, e, f, g, h, i, x, y, z = frame
     return (a, b, c, d, e, f, g, h, i, x + c * length, y + f * length, z + i * length)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
+def moved(frame, prismatic, position, sine, cosine):  # type: ignore[no-untyped-def]
+    """Move a frame by its joint, whose axis is the frame's own z axis.
+
+    Args:
+        frame: Frame tuple.
+        prismatic: Whether the joint slides.
+        position: Of the joint, m where it slides.
+        sine: Of the position of a joint that turns.
+        cosine: Of the same.
+    """
+    if prismatic:
+        return slid(frame, position)
+    return turned(frame, sine, cosine)
+
+
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def multiplied(frame, rotation, translation):  # type: ignore[no-untyped-def]
     """Multiply a frame by a constant transform on its right.
 
@@ -64,7 +85,7 @@ def multiplied(frame, rotation, translation):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def store_frame(frame, R, p):  # type: ignore[no-untyped-def]
     """Write a frame tuple into a rotation (3, 3) and an origin (3,)."""
     R[0, 0], R[0, 1], R[0, 2] = frame[0], frame[1], frame[2]
@@ -73,7 +94,7 @@ def store_frame(frame, R, p):  # type: ignore[no-untyped-def]
     p[0], p[1], p[2] = frame[9], frame[10], frame[11]
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def quaternion_of(R, quaternion):  # type: ignore[no-untyped-def]
     """Canonical unit quaternion of a rotation, after Shepperd (1978).
 

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from robots.chain import Chain
 from robots.frames import (
     constant_frame,
+    moved,
     multiplied,
     quaternion_of,
-    slid,
     store_frame,
-    turned,
 )
 from robots.trigonometry import sine_cosine
 
@@ -32,7 +31,7 @@ BLOCK = 64
 PARALLEL_BLOCK = 1024
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def add_column(J, column, frame, prismatic, scale):  # type: ignore[no-untyped-def]
     """Add a joint to the Jacobian at the origin of the base, from its frame before it moves.
 
@@ -58,7 +57,7 @@ def add_column(J, column, frame, prismatic, scale):  # type: ignore[no-untyped-d
         J[5, column] += zz
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def move_to_tip(J, x, y, z):  # type: ignore[no-untyped-def]
     """Turn a Jacobian at the origin of the base into the one at the point x, y, z, in place."""
     for column in range(J.shape[1]):
@@ -68,7 +67,7 @@ def move_to_tip(J, x, y, z):  # type: ignore[no-untyped-def]
         J[2, column] += wx * y - wy * x
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def tip_frame(chain, q, R, p):  # type: ignore[no-untyped-def]
     """Pose of the tip for one configuration.
 
@@ -81,16 +80,13 @@ def tip_frame(chain, q, R, p):  # type: ignore[no-untyped-def]
     frame = constant_frame(chain.rotations[0], chain.translations[0])
     for k in range(chain.prismatic.shape[0]):
         position = chain.multiplier[k] * q[chain.variable[k]] + chain.offset[k]
-        if chain.prismatic[k]:
-            frame = slid(frame, position)
-        else:
-            sine, cosine = sine_cosine(position)
-            frame = turned(frame, sine, cosine)
+        sine, cosine = sine_cosine(position)
+        frame = moved(frame, chain.prismatic[k], position, sine, cosine)
         frame = multiplied(frame, chain.rotations[k + 1], chain.translations[k + 1])
     store_frame(frame, R, p)
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def tip_frame_and_jacobian(chain, q, R, p, J):  # type: ignore[no-untyped-def]
     """Pose of the tip and its geometric Jacobian for one configuration.
 
@@ -111,17 +107,14 @@ def tip_frame_and_jacobian(chain, q, R, p, J):  # type: ignore[no-untyped-def]
     for k in range(chain.prismatic.shape[0]):
         add_column(J, chain.variable[k], frame, chain.prismatic[k], chain.multiplier[k])
         position = chain.multiplier[k] * q[chain.variable[k]] + chain.offset[k]
-        if chain.prismatic[k]:
-            frame = slid(frame, position)
-        else:
-            sine, cosine = sine_cosine(position)
-            frame = turned(frame, sine, cosine)
+        sine, cosine = sine_cosine(position)
+        frame = moved(frame, chain.prismatic[k], position, sine, cosine)
         frame = multiplied(frame, chain.rotations[k + 1], chain.translations[k + 1])
     store_frame(frame, R, p)
     move_to_tip(J, p[0], p[1], p[2])
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def joint_positions(chain, joints, positions, sines, cosines):  # type: ignore[no-untyped-def]
     """Positions of the m driven joints of a block of configurations, with sine and cosine.
 
@@ -160,10 +153,7 @@ def poses_kernel(chain, joints, poses):  # type: ignore[no-untyped-def]
             frame = constant_frame(chain.rotations[0], chain.translations[0])
             for k in range(m):
                 j = (i - start) * m + k
-                if chain.prismatic[k]:
-                    frame = slid(frame, positions[j])
-                else:
-                    frame = turned(frame, sines[j], cosines[j])
+                frame = moved(frame, chain.prismatic[k], positions[j], sines[j], cosines[j])
                 frame = multiplied(frame, chain.rotations[k + 1], chain.translations[k + 1])
             store_frame(frame, R, poses[i])
             quaternion_of(R, poses[i, 3:])
@@ -192,10 +182,7 @@ def jacobians_kernel(chain, joints, poses, jacobians):  # type: ignore[no-untype
             for k in range(m):
                 j = (i - start) * m + k
                 add_column(J, chain.variable[k], frame, chain.prismatic[k], chain.multiplier[k])
-                if chain.prismatic[k]:
-                    frame = slid(frame, positions[j])
-                else:
-                    frame = turned(frame, sines[j], cosines[j])
+                frame = moved(frame, chain.prismatic[k], positions[j], sines[j], cosines[j])
                 frame = multiplied(frame, chain.rotations[k + 1], chain.translations[k + 1])
             store_frame(frame, R, poses[i])
             quaternion_of(R, poses[i, 3:])

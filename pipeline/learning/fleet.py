@@ -30,9 +30,9 @@ from pipeline.learning.losses import position_error_mm, rotation_error_deg
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.precision import HIGHEST, MEDIUM, matmul_precision
 from pipeline.learning.rotation import quaternion_from_matrix
+from pipeline.learning.step import WARM_UPS, branchless_update
 from robots import Robot
 
-WARM_UPS = 3  # PyTorch's advice: libraries ask for memory in their first calls, which no graph may
 AHEAD = 4  # replays that wait in a stream: the device never idles, the host is never far ahead
 END = ""  # of the jobs
 LOOK_AHEAD = 4  # jobs whose weights are drawn early
@@ -233,19 +233,10 @@ class FleetRun:
                 answers = self.network(poses)[:, 0]
             with matmul_precision(HIGHEST):
                 loss = self.loss(answers, poses)
-            optimizer.zero_grad(set_to_none=True)
-            with matmul_precision(backward):
-                loss.backward()
-            gradients = [p.grad for p in parameters if p.grad is not None]
-            norm = torch.nn.utils.get_total_norm(gradients)
-            finite = torch.isfinite(norm).float() * self._enable[index]
-            optimizer.grad_scale = (norm / train.max_gradient_norm).clamp(min=1.0)
-            optimizer.found_inf = 1.0 - finite
             for group in optimizer.param_groups:
                 group["lr"] = self._rate[index]
-            optimizer.step()
-            learned = torch.where(finite > 0, loss.detach(), 0.0)
-            self.sums += torch.stack((learned, finite, self._enable[index] - finite))
+            clip, enabled = train.max_gradient_norm, self._enable[index]
+            self.sums += branchless_update(loss, parameters, optimizer, clip, backward, enabled)
 
     def _captured(self, forward: str) -> torch.cuda.CUDAGraph:
         """Capture without `torch.cuda.graph`, which would wait until all other runs stand still."""

@@ -82,7 +82,7 @@ class RefinedCuda:
                 self._seeds[count] = self.lm.new_array((count, self.heads, self.lm.dof))
             seeds = self._seeds[count]
             self._experts.answer(targets, seeds, self.lm.launch, self.lm.blocks_for(count))
-        if self.lm.way_for(count) == "lane":
+        if self.lm.mapping_for(count) == "lane":
             self.lm.rank(targets, seeds, *self._weights)
             return seeds, self.tried
         return seeds, self.heads

@@ -52,7 +52,50 @@ class TrainState:
 
     def gradient_norm(self) -> Tensor:
         """Norm of all gradients together."""
-        return nn.utils.get_total_norm([p.grad for p in self.parameters if p.grad is not None])
+        return total_gradient_norm(self.parameters)
+
+
+def total_gradient_norm(parameters: list[nn.Parameter]) -> Tensor:
+    """Norm of the gradients of all parameters together, a scalar."""
+    return nn.utils.get_total_norm([p.grad for p in parameters if p.grad is not None])
+
+
+def branchless_update(
+    loss: Tensor,
+    parameters: list[nn.Parameter],
+    optimizer: Any,
+    clip: float,
+    backward: str,
+    enabled: Tensor,
+) -> Tensor:
+    """Take an optimiser step from a loss without a decision or a number on the host.
+
+    Clipping and leaving out are left to the fused optimiser, which divides gradients by its
+    ``grad_scale`` and changes nothing where its ``found_inf`` is one: what PyTorch's gradient
+    scaler uses for mixed precision.
+
+    Args:
+        loss: Scalar, with its graph.
+        parameters: Those that are trained.
+        optimizer: Adam, fused; its learning rate is set.
+        clip: Largest norm of the gradient.
+        backward: Precision of the matrix products of the backward pass.
+        enabled: Scalar, 1 to learn, 0 to change nothing.
+
+    Returns:
+        (3,) the loss if the step was taken, and the numbers of steps taken and left out because
+        their gradient was not finite, one of them 1 unless the step is not enabled.
+    """
+    optimizer.zero_grad(set_to_none=True)
+    with matmul_precision(backward):
+        loss.backward()
+    norm = total_gradient_norm(parameters)
+    finite = torch.isfinite(norm).float() * enabled
+    optimizer.grad_scale = (norm / clip).clamp(min=1.0)
+    optimizer.found_inf = 1.0 - finite
+    optimizer.step()
+    learned = torch.where(finite > 0, loss.detach(), 0.0)
+    return torch.stack((learned, finite, enabled - finite))
 
 
 class EagerStep:
@@ -102,11 +145,7 @@ class EagerStep:
 
 
 class BranchlessStep:
-    """The same step without a decision or a number on the host.
-
-    Clipping and leaving out are left to the fused optimiser, which divides gradients by its
-    ``grad_scale`` and changes nothing where its ``found_inf`` is one: what PyTorch's gradient
-    scaler uses for mixed precision.
+    """The same step without a decision or a number on the host, by `branchless_update`.
 
     Args:
         state: What it works on; its objective must be a `CapturableObjective`.
@@ -150,19 +189,16 @@ class BranchlessStep:
 
     def _body(self) -> None:
         state = self.state
-        optimizer: Any = state.optimizer
         with matmul_precision(state.products.forward):
             loss = self.objective.loss_of(self._network_input, self._poses)
-        optimizer.zero_grad(set_to_none=True)
-        with matmul_precision(state.products.backward):
-            loss.backward()
-        norm = state.gradient_norm()
-        finite = torch.isfinite(norm).float() * self._enabled
-        optimizer.grad_scale = (norm / state.clip).clamp(min=1.0)
-        optimizer.found_inf = 1.0 - finite
-        optimizer.step()
-        learned = torch.where(finite > 0, loss.detach(), 0.0)
-        self._sums += torch.stack((learned, finite, 1.0 - finite))
+        self._sums += branchless_update(
+            loss,
+            state.parameters,
+            state.optimizer,
+            state.clip,
+            state.products.backward,
+            self._enabled,
+        )
 
 
 class CapturedStep(BranchlessStep):

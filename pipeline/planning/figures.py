@@ -25,6 +25,7 @@ from pipeline.presentation.style import (
     legend_below,
     logarithmic,
     looks,
+    reference_line,
     save,
     styled,
 )
@@ -144,7 +145,7 @@ def _route_figure(robot: Robot, requested: Motion, driven: Motion, solver: str) 
     draw_polygon(axes, polygon, INK, "control polygon of the curve driven")
     for motion, look in ((requested, LOOKS[1]), (driven, LOOKS[0])):
         _draw_steps(steps, motion, look.colour)
-    steps.axhline(FLIP_STEP, color=PAPER_COLOUR, linestyle="--", label="a flip is longer")
+    reference_line(steps, "y", FLIP_STEP, "a flip is longer")
     axes.set_title(f"{robot_title(robot.name)}, {solver_title(solver)}: another curve")
     steps.set(title="Largest joint step", xlabel="path parameter k", ylabel="[rad or m]")
     logarithmic(steps, "y")

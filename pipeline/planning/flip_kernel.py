@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from baselines.linearise import find_error, find_frames, set_target
+from baselines.linearise import find_error, set_target
 from pipeline.planning.tracking_kernel import new_tracker
 
 # What counts as a branch flip is part of the metric's definition, so it is fixed here. The joints
@@ -39,8 +39,7 @@ def is_flip(chain, before, after, first, second, t):  # type: ignore[no-untyped-
     turn = 2.0 * np.arccos(min(1.0, abs(cosine)))
     t.step[:] = 0.5 * (before + after)
     set_target(t.middle, t.at)
-    find_frames(chain, t.step, t.at)
-    distance2, angle2 = find_error(t.middle, t.at)
+    distance2, angle2 = find_error(chain, t.step, t.middle, t.at)
     astray = distance2 > max(FLIP_DEVIATION**2, 0.25 * travel2)
     return astray or angle2 > max(FLIP_TURN, 0.5 * turn) ** 2
 

@@ -16,13 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from baselines.damped_step import damped_step
-from baselines.linearise import (
-    Linearisation,
-    find_error,
-    find_frames,
-    new_linearisation,
-    set_target,
-)
+from baselines.linearise import Linearisation, find_error, new_linearisation, set_target
 
 Array = NDArray[np.float64]
 
@@ -84,8 +78,7 @@ def reach_pose(chain, pose, options, biased, t):  # type: ignore[no-untyped-def]
     rotation2 = options.rotation_tolerance_rad**2
     set_target(pose, t.at)
     for attempt in range(CORRECTIONS + 1):
-        find_frames(chain, t.q, t.at)
-        distance2, angle2 = find_error(pose, t.at)
+        distance2, angle2 = find_error(chain, t.q, pose, t.at)
         if distance2 <= position2 and angle2 <= rotation2 and not (biased and attempt == 0):
             return True
         if attempt == CORRECTIONS:

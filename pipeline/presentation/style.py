@@ -134,6 +134,19 @@ def logarithmic(axis: Axes, which: Literal["x", "y"]) -> None:
     ticks.set_minor_formatter(NullFormatter())
 
 
+def reference_line(axis: Axes, which: Literal["x", "y"], value: float, label: str) -> None:
+    """Draw a dashed line through a value to compare with, across the whole panel.
+
+    Args:
+        axis: The panel.
+        which: Axis that the value is on.
+        value: In the unit of the axis.
+        label: Of the line in the legend.
+    """
+    draw = axis.axvline if which == "x" else axis.axhline
+    draw(value, color=PAPER_COLOUR, linestyle="--", label=label)
+
+
 def legend_below(
     figure: Figure, axes: Iterable[Axes], columns: int = 5, label: str | None = None
 ) -> None:

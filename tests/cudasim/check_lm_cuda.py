@@ -45,6 +45,14 @@ def reachable(robot: Robot, count: int, seed: int = 5) -> np.ndarray:
     return robot.forward_kinematics(robot.sample(count, seed=seed, collision_free=False))
 
 
+def with_restarts(robot: Robot) -> np.ndarray:
+    """Poses (8, 7), three of which take the CPU a few starts: the simulator is slow with many."""
+    poses = reachable(robot, 400)
+    starts = refine(robot, poses, home(robot, 400)[:, :0], OPTIONS).starts
+    few = (starts > 1) & (starts < 4)
+    return np.concatenate((poses[starts == 1][:5], poses[few][:3]))
+
+
 def home(robot: Robot, count: int) -> np.ndarray:
     return np.broadcast_to(robot.home, (count, 1, robot.dof))
 
@@ -65,13 +73,13 @@ def check_same(ours: Refined, theirs: Refined) -> None:
 
 
 def test_lanes_give_the_rows_of_the_cpu(robot: Robot) -> None:
-    poses = reachable(robot, 8)
-    ours = LmCuda(robot, OPTIONS, way="lane").solve(poses)
-    theirs = refine(robot, poses, home(robot, 8)[:, :0], OPTIONS)
+    poses = with_restarts(robot)
+    ours = LmCuda(robot, OPTIONS, mapping="lane").solve(poses)
+    theirs = refine(robot, poses, home(robot, len(poses))[:, :0], OPTIONS)
     check_same(ours, theirs)
-    assert robot.name == "nicol" or theirs.starts.max() > 1
+    assert theirs.starts.max() > 1
     check_same(
-        LmCuda(robot, OPTIONS, way="lane").solve(poses[:4], home=True),
+        LmCuda(robot, OPTIONS, mapping="lane").solve(poses[:4], home=True),
         refine(robot, poses[:4], home(robot, 4), OPTIONS),
     )
     check_solved(robot, ours, poses)
@@ -82,14 +90,16 @@ def test_blocks_solve_every_pose(robot: Robot) -> None:
     library = build_seed_library(robot, 300, 6, seed=3)
     for settings in (None, library):
         check_solved(
-            robot, LmCuda(robot, OPTIONS, settings, way="block", lanes=LANES).solve(poses), poses
+            robot,
+            LmCuda(robot, OPTIONS, settings, mapping="block", lanes=LANES).solve(poses),
+            poses,
         )
 
 
 def test_what_lanes_leave_is_solved_by_blocks(
     robot: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(lm_cuda, "FEW", 0)
+    monkeypatch.setattr(lm_cuda, "MAX_BLOCK_POSES", 0)
     poses = reachable(robot, 12)
     library = build_seed_library(robot, 3, 3, seed=3)
     options = OPTIONS._replace(patience=2)
@@ -99,12 +109,12 @@ def test_what_lanes_leave_is_solved_by_blocks(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("way", ["lane", "block"])
-def test_64_poses_of_each_robot(robot: Robot, way: str) -> None:
+@pytest.mark.parametrize("mapping", ["lane", "block"])
+def test_64_poses_of_each_robot(robot: Robot, mapping: str) -> None:
     poses = reachable(robot, 64)
-    ours = LmCuda(robot, OPTIONS, way=way, lanes=LANES).solve(poses, home=True)
+    ours = LmCuda(robot, OPTIONS, mapping=mapping, lanes=LANES).solve(poses, home=True)
     check_solved(robot, ours, poses)
-    if way == "lane":
+    if mapping == "lane":
         check_same(ours, refine(robot, poses, home(robot, 64), OPTIONS))
 
 
@@ -113,10 +123,10 @@ def test_sliding_and_coupled_joints_are_known() -> None:
     joints = robot.sample(6, seed=1, collision_free=False)
     near = np.clip(joints + 0.02, robot.lower, robot.upper)[:, None]
     poses = robot.forward_kinematics(joints)
-    ours = LmCuda(robot, OPTIONS, way="lane").solve(poses, near)
+    ours = LmCuda(robot, OPTIONS, mapping="lane").solve(poses, near)
     check_same(ours, refine(robot, poses, near, OPTIONS))
     assert (ours.starts == 1).all()
-    assert LmCuda(robot, OPTIONS, way="block", lanes=2).solve(poses, near).found.all()
+    assert LmCuda(robot, OPTIONS, mapping="block", lanes=2).solve(poses, near).found.all()
 
 
 @pytest.mark.parametrize("limits", [{"iterations": 0}, {"iterations": 30}, {"starts": 3}])
@@ -124,9 +134,9 @@ def test_budgets_end_where_those_of_the_cpu_end(panda: Robot, limits: dict[str, 
     options = OPTIONS._replace(**limits)
     poses = reachable(panda, 9)
     poses[::3, 0] += 3.0
-    ours = LmCuda(panda, options, way="lane").solve(poses, home=True)
+    ours = LmCuda(panda, options, mapping="lane").solve(poses, home=True)
     check_same(ours, refine(panda, poses, home(panda, 9), options))
-    blocks = LmCuda(panda, options, way="block", lanes=LANES).solve(poses, home=True)
+    blocks = LmCuda(panda, options, mapping="block", lanes=LANES).solve(poses, home=True)
     assert set(blocks.status) <= {FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS}
     assert (blocks.status[::3] != FOUND).all()
     assert blocks.iterations.max() <= options.iterations
@@ -138,8 +148,8 @@ def test_a_pose_out_of_reach_keeps_the_best_joints(panda: Robot, library: SeedLi
     poses = reachable(panda, 2)
     poses[:, 0] += 5.0
     options = OPTIONS._replace(iterations=400)
-    for way in ("lane", "block"):
-        ours = LmCuda(panda, options, library, way=way, lanes=LANES).solve(poses)
+    for mapping in ("lane", "block"):
+        ours = LmCuda(panda, options, library, mapping=mapping, lanes=LANES).solve(poses)
         assert (ours.status == OUT_OF_ITERATIONS).all()
         reached = panda.forward_kinematics(ours.joints)[:, 0]
         assert (reached > 0.5).all()  # stretched towards it
@@ -147,8 +157,8 @@ def test_a_pose_out_of_reach_keeps_the_best_joints(panda: Robot, library: SeedLi
 
 def test_a_row_does_not_depend_on_its_batch(panda: Robot, library: SeedLibrary) -> None:
     poses = reachable(panda, 6)
-    for way in ("lane", "block"):
-        solver = LmCuda(panda, OPTIONS, library, way=way, lanes=LANES)
+    for mapping in ("lane", "block"):
+        solver = LmCuda(panda, OPTIONS, library, mapping=mapping, lanes=LANES)
         whole, part = solver.solve(poses), solver.solve(poses[[4, 1]])
         assert np.array_equal(part.joints, whole.joints[[4, 1]])
         assert np.array_equal(part.iterations, whole.iterations[[4, 1]])
@@ -159,8 +169,8 @@ def test_the_nearest_remembered_configurations_come_next(
 ) -> None:
     """A pose that is remembered has its own configuration as the nearest."""
     poses = panda.forward_kinematics(library.joints[[7, 250]])
-    for way in ("lane", "block"):
-        ours = LmCuda(panda, OPTIONS, library, way=way, lanes=LANES).solve(poses)
+    for mapping in ("lane", "block"):
+        ours = LmCuda(panda, OPTIONS, library, mapping=mapping, lanes=LANES).solve(poses)
         np.testing.assert_allclose(ours.joints, library.joints[[7, 250]])
         assert (ours.iterations == 0).all()
 
@@ -168,7 +178,7 @@ def test_the_nearest_remembered_configurations_come_next(
 def test_arrays_on_the_device_are_taken_as_they_are(panda: Robot) -> None:
     poses, seeds = reachable(panda, 3), panda.sample(6, seed=6, collision_free=False)
     seeds = seeds.reshape(3, 2, panda.dof)
-    solver = LmCuda(panda, OPTIONS, way="lane")
+    solver = LmCuda(panda, OPTIONS, mapping="lane")
     plain = solver.solve(poses, seeds)
     there = solver.solve_on_device(cuda.to_device(poses), cuda.to_device(seeds))
     assert np.array_equal(np.array(there.joints.copy_to_host()), plain.joints)
@@ -181,8 +191,8 @@ def test_no_poses_give_no_rows(panda: Robot) -> None:
 
 
 def test_what_cannot_be_is_refused(panda: Robot) -> None:
-    with pytest.raises(SettingError, match="expected a way of"):
-        LmCuda(panda, OPTIONS, way="warp")
+    with pytest.raises(SettingError, match="expected a mapping of"):
+        LmCuda(panda, OPTIONS, mapping="warp")
     with pytest.raises(SettingError, match="lanes a pose, got 0"):
         LmCuda(panda, OPTIONS, lanes=0)
     with pytest.raises(SettingError, match="iterations only"):
@@ -197,7 +207,7 @@ def test_refined_descends_from_the_networks_hypotheses(name: str) -> None:
     options = cpu.kernel.options(None)
     poses = robot.forward_kinematics(robot.sample(6, seed=5, collision_free=True))
     theirs, hypotheses = cpu.solve(poses), cpu.proposer.hypotheses(poses).joints
-    lanes = RefinedCuda(robot, cpu.proposer.network, options, cpu.library, way="lane")
+    lanes = RefinedCuda(robot, cpu.proposer.network, options, cpu.library, mapping="lane")
     check_solved(robot, ours := lanes.solve(poses), poses)
     seeds, tried = lanes._hypotheses(cuda.to_device(poses))
     assert tried == 1
@@ -207,26 +217,28 @@ def test_refined_descends_from_the_networks_hypotheses(name: str) -> None:
     assert np.array_equal(ours.iterations[first], theirs.iterations[first])
     np.testing.assert_allclose(ours.joints[first], theirs.joints[first], atol=1e-6)
     network = cpu.proposer.network
-    blocks = RefinedCuda(robot, network, options, cpu.library, way="block", lanes=LANES)
+    blocks = RefinedCuda(robot, network, options, cpu.library, mapping="block", lanes=LANES)
     check_solved(robot, blocks.solve(poses), poses)
 
 
 @pytest.mark.slow
 def test_the_benchmark_writes_its_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from benchmarks import accelerator_solvers
+    from benchmarks.accelerator_solvers import __main__ as command
+    from benchmarks.accelerator_solvers import measure, solvers
 
-    monkeypatch.setattr(accelerator_solvers, "MEASURED_S", 0.0)
-    monkeypatch.setattr(accelerator_solvers, "TOLERANCES", ((1e-4, 1e-4),))
-    monkeypatch.setattr(accelerator_solvers, "BLOCKS", (LANES,))
-    monkeypatch.setattr(lm_cuda, "FEW", 1)
+    monkeypatch.setattr(measure, "MEASURED_S", 0.0)
+    for module in (command, measure):
+        monkeypatch.setattr(module, "TOLERANCES", ((1e-4, 1e-4),))
+    monkeypatch.setattr(solvers, "BLOCKS", (LANES,))
+    monkeypatch.setattr(lm_cuda, "MAX_BLOCK_POSES", 1)
     masks, out = tmp_path / "masks.npz", tmp_path / "rows.csv"
-    accelerator_solvers.prepare(masks, ["panda"], 2)
-    accelerator_solvers.run(out, ["panda"], [1, 2], 600.0, masks, [4], 2)
+    command.prepare(masks, ["panda"], 2)
+    command.run(out, ["panda"], [1, 2], 600.0, masks, [4], 2)
     with out.open() as file:
         table = list(csv.DictReader(file))
     assert {"lm_cuda", "cycleik_refined_cuda", "lm"} <= {row["solver"] for row in table}
     assert {row["protocol"] for row in table} == {"batch", "candidates"}
     assert all(float(row["within_tolerance"]) == 100 for row in table)
     assert all(row["collision_free"] != "False" and row["note"][:5] != "Error" for row in table)
-    accelerator_solvers.run(out, ["panda"], [1], 0.0, masks)
+    command.run(out, ["panda"], [1], 0.0, masks)
     assert len(out.read_text().splitlines()) == 1  # no row begins after the budget

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[2]
-SCRIPT = ROOT / "benchmarks" / "accelerator.py"
+COMMAND = [sys.executable, "-m", "benchmarks.accelerator"]
 
 
 def call(*arguments):
     return subprocess.run(
-        [sys.executable, str(SCRIPT), *map(str, arguments), "--toy", "--device", "cpu"],
+        [*COMMAND, *map(str, arguments), "--toy", "--device", "cpu"],
         cwd=ROOT,
         env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"},
         capture_output=True,

@@ -17,10 +17,10 @@ from pipeline.presentation.published import Published
 from pipeline.presentation.style import (
     INK,
     LOOKS,
-    PAPER_COLOUR,
     legend_below,
     logarithmic,
     looks,
+    reference_line,
     robot_panels,
 )
 from pipeline.presentation.table import Table
@@ -275,7 +275,7 @@ def planner_times(plans: Mapping[str, pd.DataFrame], published: Published) -> Fi
                 label=solver_title(solver),
             )
         if paper is not None and robot in PLANNER_ROBOTS:
-            axis.axvline(paper, color=PAPER_COLOUR, linestyle="--", label="paper's plan time")
+            reference_line(axis, "x", paper, "paper's plan time")
         axis.set_xlabel("time of a plan of 50 poses [ms]")
         logarithmic(axis, "x")
         logarithmic(axis, "y")

@@ -9,13 +9,7 @@ import baselines
 from baselines import Budget
 from baselines.clock import now_ns, pose_key, uniform
 from baselines.damped_solve import damped_solve
-from baselines.linearise import (
-    find_error,
-    find_frames,
-    find_jacobian,
-    new_linearisation,
-    set_target,
-)
+from baselines.linearise import find_error, find_jacobian, new_linearisation, set_target
 from baselines.refine import refine
 from robots import load_robot
 from robots.rotations import matrix_from_quaternion, quaternion_multiply
@@ -51,8 +45,7 @@ def seeds_of(robot, count):
 def linearised(robot, joints, pose):
     at = new_linearisation(len(robot.chain.prismatic), robot.dof)
     set_target(pose, at)
-    find_frames(robot.chain, joints, at)
-    squares = find_error(pose, at)
+    squares = find_error(robot.chain, joints, pose, at)
     find_jacobian(robot.chain, at)
     return at, squares
 

@@ -48,7 +48,7 @@ def test_more_poses_in_the_simulator() -> None:
 def test_without_a_device_it_says_so() -> None:
     robot = load_robot("panda")
     options = baselines.load("lm", robot).options(None)  # type: ignore[attr-defined]
-    with pytest.raises(SettingError, match="device cuda was asked for, but"):
+    with pytest.raises(SettingError, match="device cuda was requested, but"):
         LmCuda(robot, options)
 
 
@@ -59,12 +59,12 @@ def test_a_device_solves_what_the_kernel_solves(name: str) -> None:
     options = baselines.load("lm", robot).options(None)  # type: ignore[attr-defined]
     poses = robot.forward_kinematics(robot.sample(5000, seed=5, collision_free=False))
     kernel = refine(robot, poses, np.broadcast_to(robot.home, (5000, 1, robot.dof)), options)
-    lanes = LmCuda(robot, options, way="lane").solve(poses, home=True)
+    lanes = LmCuda(robot, options, mapping="lane").solve(poses, home=True)
     # Rounding differs, and a descent on the edge between two solutions may fall either way.
     assert (lanes.starts == kernel.starts).mean() > 0.98
     assert (np.abs(lanes.joints - kernel.joints).max(axis=1) < 1e-6).mean() > 0.98
-    for way in ("auto", "block"):
-        solver = LmCuda(robot, options, build_seed_library(robot, 2048, 6, seed=0), way=way)
+    for mapping in ("auto", "block"):
+        solver = LmCuda(robot, options, build_seed_library(robot, 2048, 6, seed=0), mapping=mapping)
         first, again = solver.solve(poses), solver.solve(poses)
         assert first.found.all()
         assert np.array_equal(first.joints, again.joints)

@@ -1,6 +1,6 @@
-"""Tables of what `benchmarks/accelerator.py train` wrote: which first draws learn, and Table I.
+"""Tables of what the trainings of this package wrote: which first draws learn, and Table I.
 
-    python benchmarks/accelerator_tables.py results/studies/accelerator/runs.jsonl
+    python -m benchmarks.accelerator.tables results/studies/accelerator/runs.jsonl
 
 Writes stability.{csv,md} and table_one.{csv,md} beside the file.
 """
@@ -17,7 +17,7 @@ import pandas as pd
 from pipeline.evaluation.statistics import wilson_interval
 
 SATURATED = 0.5  # share of outputs where tanh is flat, above which a network is lost
-PUBLISHED = Path(__file__).parents[1] / "results" / "published_results.csv"
+PUBLISHED = Path(__file__).parents[2] / "results" / "published_results.csv"
 
 
 def read_rows(path: Path) -> pd.DataFrame:
@@ -88,7 +88,7 @@ def main() -> None:
     parser.add_argument("runs", type=Path, help="runs.jsonl")
     path = parser.parse_args().runs
     rows = read_rows(path)
-    made = f"made by `python benchmarks/accelerator_tables.py {path.as_posix()}`"
+    made = f"made by `python -m benchmarks.accelerator.tables {path.as_posix()}`"
     write(
         stability(rows),
         path.parent / "stability",
