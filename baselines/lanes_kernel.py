@@ -108,7 +108,7 @@ def _take(typing, counter):  # type: ignore[no-untyped-def]
     return types.int64(counter), emit
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(cache=True, fastmath={"contract"}, _nrt=False)
 def _advance(chain, w, options):  # type: ignore[no-untyped-def]
     """Judge all lanes and move those that go on by a step.
 
@@ -145,7 +145,7 @@ def _advance(chain, w, options):  # type: ignore[no-untyped-def]
     return mask_bits(found), mask_bits(spent), mask_bits(stalled)
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _begin(chain, batch, library, w, s, lane):  # type: ignore[no-untyped-def]
     """Put the lane's next start into it."""
     row, attempt = w.row[lane], w.attempt[lane]
@@ -164,7 +164,7 @@ def _begin(chain, batch, library, w, s, lane):  # type: ignore[no-untyped-def]
     w.state[REFERENCE, lane] = np.inf
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _fill(chain, batch, library, w, s, lane):  # type: ignore[no-untyped-def]
     """Take the next pose of the queue into a lane; return whether there was one."""
     row = _take(batch.next)
@@ -184,7 +184,7 @@ def _fill(chain, batch, library, w, s, lane):  # type: ignore[no-untyped-def]
     return 1
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _finish(batch, w, lane, status, starts):  # type: ignore[no-untyped-def]
     """Write down what a lane has found."""
     row = w.row[lane]
