@@ -108,7 +108,7 @@ def _take(typing, counter):  # type: ignore[no-untyped-def]
     return types.int64(counter), emit
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False)
+@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
 def _advance(chain, w, options):  # type: ignore[no-untyped-def]
     """Judge all lanes and move those that go on by a step.
 
@@ -145,7 +145,7 @@ def _advance(chain, w, options):  # type: ignore[no-untyped-def]
     return mask_bits(found), mask_bits(spent), mask_bits(stalled)
 
 
-@njit(cache=True, _nrt=False)
+@njit(cache=True, _nrt=False, forceinline=True)
 def _begin(chain, batch, library, w, s, lane):  # type: ignore[no-untyped-def]
     """Put the lane's next start into it."""
     row, attempt = w.row[lane], w.attempt[lane]
@@ -164,13 +164,13 @@ def _begin(chain, batch, library, w, s, lane):  # type: ignore[no-untyped-def]
     w.state[REFERENCE, lane] = np.inf
 
 
-@njit(cache=True, _nrt=False)
-def _fill(chain, batch, library, w, s, lane):  # type: ignore[no-untyped-def]
+@njit(cache=True, _nrt=False, forceinline=True)
+def _fill(batch, w, s, lane):  # type: ignore[no-untyped-def]
     """Take the next pose of the queue into a lane; return whether there was one."""
     row = _take(batch.next)
     if row >= batch.poses.shape[0]:
         w.state[ACTIVE, lane] = 0.0
-        return 0
+        return False
     w.row[lane], w.attempt[lane] = row, 0
     pose = batch.poses[row]
     set_target(pose, s.at)
@@ -180,18 +180,44 @@ def _fill(chain, batch, library, w, s, lane):  # type: ignore[no-untyped-def]
         w.target[9 + i, lane] = pose[i]
     w.state[ACTIVE, lane], w.state[LEAST, lane] = 1.0, np.inf
     w.state[ITERATIONS, lane] = 0.0
-    _begin(chain, batch, library, w, s, lane)
-    return 1
+    return True
 
 
-@njit(cache=True, _nrt=False)
-def _finish(batch, w, lane, status, starts):  # type: ignore[no-untyped-def]
+@njit(cache=True, _nrt=False, forceinline=True)
+def _finish(batch, w, lane, status):  # type: ignore[no-untyped-def]
     """Write down what a lane has found."""
     row = w.row[lane]
-    batch.status[row], batch.starts[row] = status, starts
+    batch.status[row], batch.starts[row] = status, w.attempt[lane] + 1
     batch.iterations[row] = np.int64(w.state[ITERATIONS, lane])
     for k in range(w.best.shape[0]):
         batch.joints[row, k] = w.best[k, lane]
+
+
+@njit(cache=True, _nrt=False)
+def _descend(chain, batch, library, options, w, s):  # type: ignore[no-untyped-def]
+    """Solve poses until the queue is empty."""
+    found, spent, stalled, empty, active = 0, 0, 0, (1 << LANES) - 1, 0
+    while True:
+        if found | spent | stalled | empty:
+            for lane in range(LANES):
+                bit = 1 << lane
+                if stalled & bit and w.attempt[lane] + 1 < options.starts:
+                    w.attempt[lane] += 1
+                elif (found | spent | stalled | empty) & bit:
+                    if not empty & bit:
+                        active -= 1
+                        status = FOUND if found & bit else OUT_OF_STARTS
+                        _finish(batch, w, lane, OUT_OF_ITERATIONS if spent & bit else status)
+                    if not _fill(batch, w, s, lane):
+                        continue
+                    active += 1
+                else:
+                    continue
+                _begin(chain, batch, library, w, s, lane)
+            empty = 0
+        if active == 0:
+            break
+        found, spent, stalled = _advance(chain, w, options)
 
 
 @njit(cache=True)
@@ -199,29 +225,7 @@ def refine_lanes(chain, batch, library, options):  # type: ignore[no-untyped-def
     """Solve poses of a batch on one thread until its queue is empty."""
     joints, dof = chain.prismatic.shape[0], batch.joints.shape[1]
     w, s = _work(joints, dof, library), _scratch(joints, dof, library)
-    active = 0
-    for lane in range(LANES):
-        active += _fill(chain, batch, library, w, s, lane)
-    while active > 0:
-        found, spent, stalled = _advance(chain, w, options)
-        if found | spent | stalled == 0:
-            continue
-        for lane in range(LANES):
-            bit = 1 << lane
-            starts = w.attempt[lane] + 1
-            if found & bit:
-                _finish(batch, w, lane, FOUND, starts)
-            elif spent & bit:
-                _finish(batch, w, lane, OUT_OF_ITERATIONS, starts)
-            elif stalled & bit and starts >= options.starts:
-                _finish(batch, w, lane, OUT_OF_STARTS, starts)
-            elif stalled & bit:
-                w.attempt[lane] = starts
-                _begin(chain, batch, library, w, s, lane)
-                continue
-            else:
-                continue
-            active += _fill(chain, batch, library, w, s, lane) - 1
+    _descend(chain, batch, library, options, w, s)
 
 
 @njit(cache=True, parallel=True)
