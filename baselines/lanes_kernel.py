@@ -33,6 +33,7 @@ class Work(NamedTuple):
     Attributes:
         q: (dof, LANES) configurations [rad or m].
         step: (dof, LANES) of the joints.
+        free: (dof, LANES) 1 where a joint may move in this step, 0 where it is frozen at a limit.
         best: (dof, LANES) best configurations met.
         target: (12, LANES) rotations of the targets row by row, then their positions [m].
         axes: (6 m, LANES) axes of the joints and points on them.
@@ -46,6 +47,7 @@ class Work(NamedTuple):
 
     q: Array
     step: Array
+    free: Array
     best: Array
     target: Array
     axes: Array
@@ -81,6 +83,7 @@ class Batch(NamedTuple):
 @njit(cache=True)
 def _work(joints, dof, library):  # type: ignore[no-untyped-def]
     return Work(
+        new_lanes(dof),
         new_lanes(dof),
         new_lanes(dof),
         new_lanes(dof),

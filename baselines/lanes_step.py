@@ -25,24 +25,30 @@ def lanes_damped_step(chain, w, error, damping, moving, passes):  # type: ignore
     """
     J, q = w.jacobian, w.q
     dof = q.shape[0]
+    for k in range(dof):
+        store(w.free, k, 1.0)
     for _ in range(passes + 1):
         packed = diagonal(damping, lanes_of(0.0))
         for k in range(dof):
-            packed = add_outer_product(packed, _row(J, k))
+            free = load(w.free, k)
+            a, b, c, d, e, f = _row(J, k)
+            packed = add_outer_product(
+                packed, (free * a, free * b, free * c, free * d, free * e, free * f)
+            )
         y = solve_packed(packed, error)
-        frozen = 0
+        frozen = damping < 0.0
         for k in range(dof):
             a, b, c, d, e, f = _row(J, k)
-            step = a * y[0] + b * y[1] + c * y[2] + d * y[3] + e * y[4] + f * y[5]
+            free = load(w.free, k)
+            step = a * y[0] + b * y[1] + c * y[2] + (d * y[3] + e * y[4] + f * y[5])
+            step = free * step
             store(w.step, k, step)
             at = load(q, k)
             below = (at <= chain.lower[k]) & (step < 0.0)
-            outward = moving & (below | ((at >= chain.upper[k]) & (step > 0.0)))
-            if mask_bits(outward) != 0:
-                frozen = 1
-                for i in range(6):
-                    store(J, 6 * k + i, select(outward, 0.0, load(J, 6 * k + i)))
-        if frozen == 0:
+            outward = below | ((at >= chain.upper[k]) & (step > 0.0))
+            frozen = frozen | outward
+            store(w.free, k, select(outward, 0.0, free))
+        if mask_bits(frozen & moving) == 0:
             break
     for k in range(dof):
         at = load(q, k)
