@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -12,15 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines import lm_kernel
+from baselines.lanes_kernel import Batch, refine_lanes, refine_lanes_parallel
 from baselines.lm_kernel import LmOptions
 from baselines.protocol import OUT_OF_ITERATIONS, OUT_OF_TIME, Solution
 from baselines.seed_library import SeedLibrary, empty_seed_library
+from robots.chain import Chain
 from robots.threads import forked
 
 if TYPE_CHECKING:
     from robots import Robot
 
 Array = NDArray[np.float64]
+
+Arguments = tuple[Chain, Array, Array, SeedLibrary, LmOptions]
+
+# Poses from which a batch is solved in lanes.
+LEAST_FOR_LANES = 2
 
 REASONS = {
     lm_kernel.FOUND: "",
@@ -39,7 +47,8 @@ class Refined:
         status: (N,) a key of `REASONS`; 0 where the tolerances are met.
         iterations: (N,) Levenberg-Marquardt steps, summed over starts.
         starts: (N,) seeds and random configurations descended from; 1 is the first seed alone.
-        time_s: (N,) time of the pose alone, on its thread [s].
+        time_s: (N,) time of the pose alone, on its thread [s]; where poses are solved side by side,
+            the time of the batch shared out by the configurations that were looked at.
     """
 
     joints: Array
@@ -92,32 +101,55 @@ def refine(
         library: Configurations to start from after the seeds, the nearest first.
     """
     count, dof = len(poses), robot.dof
-    result = Refined(
-        np.zeros((count, dof)),
-        np.zeros(count, dtype=np.int64),
-        np.zeros(count, dtype=np.int64),
-        np.zeros(count, dtype=np.int64),
-        np.zeros(count),
-    )
-    time_ns = np.zeros(count, dtype=np.int64)
     arguments = (
         robot.chain,
         np.ascontiguousarray(poses, dtype=np.float64),
         np.ascontiguousarray(seeds, dtype=np.float64),
         empty_seed_library(dof) if library is None else library,
         options,
-        result.joints,
-        result.status,
-        result.iterations,
-        result.starts,
-        time_ns,
     )
-    if threads == 1 or forked():
-        lm_kernel.refine_rows(*arguments)
+    threads = 1 if forked() else threads
+    if count < LEAST_FOR_LANES or options.time_ns > 0:
+        result = _one_by_one(arguments, threads)
     else:
-        with numba_threads(threads):
-            lm_kernel.refine_rows_parallel(*arguments)
-    np.multiply(time_ns, 1e-9, out=result.time_s)
+        result = _side_by_side(arguments, threads)
     if not robot.endless.any():
         return result
     return replace(result, joints=robot.nearest_turns(result.joints))
+
+
+def _room(count: int, dof: int) -> tuple[Array, ...]:
+    """Arrays for joints, status, iterations and starts of `Refined`."""
+    return (np.zeros((count, dof)), *np.zeros((3, count), dtype=np.int64))
+
+
+def _one_by_one(arguments: Arguments, threads: int) -> Refined:
+    """Refine by the scalar kernel, which keeps the time of every pose."""
+    poses, seeds = arguments[1:3]
+    room = _room(len(poses), seeds.shape[2])
+    time_ns = np.zeros(len(poses), dtype=np.int64)
+    if threads == 1:
+        lm_kernel.refine_rows(*arguments, *room, time_ns)
+    else:
+        with numba_threads(threads):
+            lm_kernel.refine_rows_parallel(*arguments, *room, time_ns)
+    return Refined(*room, time_s=time_ns * 1e-9)
+
+
+def _side_by_side(arguments: Arguments, threads: int) -> Refined:
+    """Refine by the kernel of lanes; the time is shared out by configurations looked at."""
+    chain, poses, seeds, library, options = arguments
+    room = _room(len(poses), seeds.shape[2])
+    batch = Batch(poses, seeds, *room, np.zeros(1, dtype=np.int64))
+    started = time.perf_counter()
+    used = 1
+    if threads == 1:
+        refine_lanes(chain, batch, library, options)
+    else:
+        with numba_threads(threads):
+            used = numba.get_num_threads()
+            refine_lanes_parallel(chain, batch, library, options, used)
+    seconds = used * (time.perf_counter() - started)
+    result = Refined(*room, time_s=np.empty(0))
+    looked_at = result.iterations + result.starts
+    return replace(result, time_s=looked_at * (seconds / max(looked_at.sum(), 1)))
