@@ -15,7 +15,7 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from baselines.clock import pose_key
-from baselines.lanes import LANES, load, mask_bits, new_lanes, select, store
+from baselines.lanes import LANES, load, lowest_bit, mask_bits, new_lanes, select, store
 from baselines.lanes_kinematics import find_lanes_error, find_lanes_frames, find_lanes_jacobian
 from baselines.lanes_step import lanes_damped_step
 from baselines.linearise import set_target
@@ -199,27 +199,28 @@ def _finish(batch, w, lane, status):  # type: ignore[no-untyped-def]
 @njit(cache=True, _nrt=False)
 def _descend(chain, batch, library, options, w, s):  # type: ignore[no-untyped-def]
     """Solve poses until the queue is empty."""
-    found, spent, stalled, empty, active = 0, 0, 0, (1 << LANES) - 1, 0
+    found, spent, stalled, active = 0, 0, 0, 0
+    idle = (1 << LANES) - 1
     while True:
-        if found | spent | stalled | empty:
-            for lane in range(LANES):
-                bit = 1 << lane
-                if stalled & bit and w.attempt[lane] + 1 < options.starts:
-                    w.attempt[lane] += 1
-                elif (found | spent | stalled | empty) & bit:
-                    if not empty & bit:
-                        active -= 1
-                        status = FOUND if found & bit else OUT_OF_STARTS
-                        _finish(batch, w, lane, OUT_OF_ITERATIONS if spent & bit else status)
-                    if not _fill(batch, w, s, lane):
-                        continue
-                    active += 1
-                else:
+        waiting = found | spent | stalled | idle
+        while waiting != 0:
+            lane = lowest_bit(waiting)
+            bit = 1 << lane
+            waiting ^= bit
+            if stalled & bit and w.attempt[lane] + 1 < options.starts:
+                w.attempt[lane] += 1
+            else:
+                if not idle & bit:
+                    active -= 1
+                    status = FOUND if found & bit else OUT_OF_STARTS
+                    _finish(batch, w, lane, OUT_OF_ITERATIONS if spent & bit else status)
+                if not _fill(batch, w, s, lane):
                     continue
-                _begin(chain, batch, library, w, s, lane)
-            empty = 0
+                active += 1
+            _begin(chain, batch, library, w, s, lane)
         if active == 0:
             break
+        idle = 0
         found, spent, stalled = _advance(chain, w, options)
 
 

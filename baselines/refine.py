@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 Arguments = tuple[Chain, Array, Array, SeedLibrary, LmOptions]
 
 # Poses from which a batch is solved in lanes.
-LEAST_FOR_LANES = 2
+LEAST_FOR_LANES = 1
 
 REASONS = {
     lm_kernel.FOUND: "",
