@@ -257,25 +257,13 @@ def mask_bits(typing, mask):  # type: ignore[no-untyped-def]
     return types.int64(mask), emit
 
 
-@intrinsic
-def lowest_bit(typing, bits):  # type: ignore[no-untyped-def]
-    """Return the number of the lowest bit that is set in a whole number other than 0."""
-    if bits != types.int64:
-        return None
-
-    def emit(context: Any, builder: Any, kind: Any, values: Any) -> Any:
-        return builder.cttz(values[0], ir.Constant(ir.IntType(1), 1))
-
-    return types.int64(bits), emit
-
-
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def least(a, b):  # type: ignore[no-untyped-def]
     """Lane by lane the smaller one."""
     return select(a < b, a, b)
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def greatest(a, b):  # type: ignore[no-untyped-def]
     """Lane by lane the greater one."""
     return select(a > b, a, b)

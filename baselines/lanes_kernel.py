@@ -15,7 +15,7 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from baselines.clock import pose_key
-from baselines.lanes import LANES, load, lowest_bit, mask_bits, new_lanes, select, store
+from baselines.lanes import LANES, load, mask_bits, new_lanes, select, store
 from baselines.lanes_kinematics import find_lanes_error, find_lanes_frames, find_lanes_jacobian
 from baselines.lanes_step import lanes_damped_step
 from baselines.linearise import set_target
@@ -203,10 +203,10 @@ def _descend(chain, batch, library, options, w, s):  # type: ignore[no-untyped-d
     idle = (1 << LANES) - 1
     while True:
         waiting = found | spent | stalled | idle
-        while waiting != 0:
-            lane = lowest_bit(waiting)
+        for lane in range(LANES if waiting else 0):
             bit = 1 << lane
-            waiting ^= bit
+            if not waiting & bit:
+                continue
             if stalled & bit and w.attempt[lane] + 1 < options.starts:
                 w.attempt[lane] += 1
             else:
