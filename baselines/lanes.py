@@ -13,7 +13,6 @@ from __future__ import annotations
 import operator
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba import njit, types
 from numba.core import cgutils
@@ -267,12 +266,3 @@ def least(a, b):  # type: ignore[no-untyped-def]
 def greatest(a, b):  # type: ignore[no-untyped-def]
     """Lane by lane the greater one."""
     return select(a > b, a, b)
-
-
-@njit(cache=True)
-def new_lanes(rows):  # type: ignore[no-untyped-def]
-    """Room for `rows` of lanes, zeros (rows, LANES), each row in one line of the cache."""
-    flat = np.zeros((rows + 1) * LANES)
-    into_line = flat.ctypes.data % LINE_BYTES
-    begin = (LINE_BYTES - into_line) % LINE_BYTES // 8
-    return flat[begin : begin + rows * LANES].reshape((rows, LANES))

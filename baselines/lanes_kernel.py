@@ -10,21 +10,20 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit, prange, types
+from numba import njit, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from baselines.clock import pose_key
-from baselines.lanes import LANES, load, mask_bits, new_lanes, select, store
+from baselines.lanes import LANES, LINE_BYTES, load, mask_bits, select, store
 from baselines.lanes_kinematics import find_lanes_error, find_lanes_frames, find_lanes_jacobian
 from baselines.lanes_step import lanes_damped_step
 from baselines.linearise import set_target
-from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, _Scratch, _scratch, _start
+from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, choose_start
 
 Array = NDArray[np.float64]
 
 # Rows of `Work.state`, a float64 each a lane.
-LEAST, SINCE, REFERENCE, ITERATIONS, ACTIVE, STATES = range(6)
+LEAST, SINCE, REFERENCE, ITERATIONS, ACTIVE, ROW, ATTEMPT, STATES = range(8)
 
 
 class Work(NamedTuple):
@@ -36,12 +35,12 @@ class Work(NamedTuple):
         free: (dof, LANES) 1 where a joint may move in this step, 0 where it is frozen at a limit.
         best: (dof, LANES) best configurations met.
         target: (12, LANES) rotations of the targets row by row, then their positions [m].
+        goal: (3, 3, LANES) the rotations in it.
         axes: (6 m, LANES) axes of the joints and points on them.
         jacobian: (6 dof, LANES).
         state: (STATES, LANES) least squared error, iterations since it was looked at last, what it
-            was then, iterations in all, and 1 where there is a pose, else 0.
-        row: (LANES,) rows of the batch.
-        attempt: (LANES,) starts given up so far.
+            was then, iterations in all, 1 where there is a pose, else 0, its row in the batch, and
+            how many of its starts were given up.
         distances: (LANES, M) to remembered configurations.
     """
 
@@ -50,12 +49,33 @@ class Work(NamedTuple):
     free: Array
     best: Array
     target: Array
+    goal: Array
     axes: Array
     jacobian: Array
     state: Array
-    row: NDArray[np.int64]
-    attempt: NDArray[np.int64]
     distances: NDArray[np.float32]
+
+
+class Room(NamedTuple):
+    """Memory for the lanes of all threads.
+
+    Attributes:
+        lanes: (threads, rows, LANES) all arrays of float64 of `Work`, one after another.
+        distances: (threads, LANES, M).
+    """
+
+    lanes: Array
+    distances: NDArray[np.float32]
+
+
+class Target(NamedTuple):
+    """What `set_target` writes.
+
+    Attributes:
+        goal: (3, 3) rotation.
+    """
+
+    goal: Array
 
 
 class Batch(NamedTuple):
@@ -80,20 +100,40 @@ class Batch(NamedTuple):
     next: NDArray[np.int64]
 
 
-@njit(cache=True)
-def _work(joints, dof, library):  # type: ignore[no-untyped-def]
+def new_room(threads: int, joints: int, dof: int, remembered: int) -> Room:
+    """Room for the lanes of so many threads.
+
+    Args:
+        threads: Threads.
+        joints: Driven joints of the chain.
+        dof: Its variables.
+        remembered: Configurations in the seed library.
+    """
+    rows = 10 * dof + 6 * joints + 12 + STATES
+    flat = np.empty((threads * rows + 1) * LANES)
+    begin = -flat.ctypes.data % LINE_BYTES // flat.itemsize  # each row in one line of the cache
+    lanes = flat[begin : begin + threads * rows * LANES].reshape(threads, rows, LANES)
+    return Room(lanes, np.empty((threads, LANES, remembered), dtype=np.float32))
+
+
+@njit(cache=True, _nrt=False)
+def _work(room, thread, joints, dof):  # type: ignore[no-untyped-def]
+    """Return the arrays of one thread."""
+    lanes, target = room.lanes[thread], 4 * dof
+    axes = target + 12
+    jacobian = axes + 6 * joints
+    state = jacobian + 6 * dof
     return Work(
-        new_lanes(dof),
-        new_lanes(dof),
-        new_lanes(dof),
-        new_lanes(dof),
-        new_lanes(12),
-        new_lanes(6 * joints),
-        new_lanes(6 * dof),
-        new_lanes(STATES),
-        np.zeros(LANES, dtype=np.int64),
-        np.zeros(LANES, dtype=np.int64),
-        np.empty((LANES, library.joints.shape[0]), dtype=np.float32),
+        lanes[:dof],
+        lanes[dof : 2 * dof],
+        lanes[2 * dof : 3 * dof],
+        lanes[3 * dof : target],
+        lanes[target:axes],
+        lanes[target : target + 9].reshape((3, 3, LANES)),
+        lanes[axes:jacobian],
+        lanes[jacobian:state],
+        lanes[state:],
+        room.distances[thread],
     )
 
 
@@ -149,56 +189,69 @@ def _advance(chain, w, options):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, _nrt=False, forceinline=True)
-def _begin(chain, batch, library, w, s, lane):  # type: ignore[no-untyped-def]
+def _begin(chain, batch, library, w, lane):  # type: ignore[no-untyped-def]
     """Put the lane's next start into it."""
-    row, attempt = w.row[lane], w.attempt[lane]
-    pose, seeds = batch.poses[row], batch.seeds[row]
-    known = seeds.shape[0] + library.neighbours
-    key = np.uint64(0)
-    if attempt >= known:
-        key = pose_key(pose)
-    elif attempt == seeds.shape[0]:
-        set_target(pose, s.at)
-    own = _Scratch(s.at, s.solved, s.step, s.free, s.q, s.timespec, w.distances[lane])
-    _start(chain, pose, seeds, library, key, attempt, own)
-    for k in range(s.q.shape[0]):
-        w.q[k, lane] = s.q[k]
+    row, attempt = int(w.state[ROW, lane]), int(w.state[ATTEMPT, lane])
+    choose_start(
+        chain,
+        batch.poses[row],
+        batch.seeds[row],
+        library,
+        attempt,
+        w.goal[:, :, lane],
+        w.distances[lane],
+        w.q[:, lane],
+    )
     w.state[SINCE, lane] = 0.0
     w.state[REFERENCE, lane] = np.inf
 
 
 @njit(cache=True, _nrt=False, forceinline=True)
-def _fill(batch, w, s, lane):  # type: ignore[no-untyped-def]
+def _fill(batch, w, lane):  # type: ignore[no-untyped-def]
     """Take the next pose of the queue into a lane; return whether there was one."""
     row = _take(batch.next)
     if row >= batch.poses.shape[0]:
         w.state[ACTIVE, lane] = 0.0
         return False
-    w.row[lane], w.attempt[lane] = row, 0
     pose = batch.poses[row]
-    set_target(pose, s.at)
+    set_target(pose, Target(w.goal[:, :, lane]))
     for i in range(3):
-        for j in range(3):
-            w.target[3 * i + j, lane] = s.at.goal[i, j]
         w.target[9 + i, lane] = pose[i]
-    w.state[ACTIVE, lane], w.state[LEAST, lane] = 1.0, np.inf
-    w.state[ITERATIONS, lane] = 0.0
+    w.state[LEAST, lane], w.state[ITERATIONS, lane], w.state[ACTIVE, lane] = np.inf, 0.0, 1.0
+    w.state[ROW, lane], w.state[ATTEMPT, lane] = row, 0.0
     return True
 
 
 @njit(cache=True, _nrt=False, forceinline=True)
 def _finish(batch, w, lane, status):  # type: ignore[no-untyped-def]
     """Write down what a lane has found."""
-    row = w.row[lane]
-    batch.status[row], batch.starts[row] = status, w.attempt[lane] + 1
-    batch.iterations[row] = np.int64(w.state[ITERATIONS, lane])
+    row = int(w.state[ROW, lane])
+    batch.status[row] = status
+    batch.starts[row] = int(w.state[ATTEMPT, lane]) + 1
+    batch.iterations[row] = int(w.state[ITERATIONS, lane])
     for k in range(w.best.shape[0]):
         batch.joints[row, k] = w.best[k, lane]
 
 
-@njit(cache=True, _nrt=False)
-def _descend(chain, batch, library, options, w, s):  # type: ignore[no-untyped-def]
-    """Solve poses until the queue is empty."""
+@njit(cache=True, nogil=True, _nrt=False)
+def refine_lanes(chain, batch, library, options, room, thread):  # type: ignore[no-untyped-def]
+    """Solve poses of a batch on one thread until its queue is empty.
+
+    Args:
+        chain: The `Chain`.
+        batch: The `Batch`.
+        library: `SeedLibrary`.
+        options: `LmOptions`, without a limit of time and with one start at least.
+        room: `Room` of all threads.
+        thread: Which of them this is.
+    """
+    w = _work(room, thread, chain.prismatic.shape[0], batch.joints.shape[1])
+    for i in range(w.q.shape[0]):  # lanes without a pose are computed as well
+        for lane in range(LANES):
+            w.q[i, lane] = 0.0
+    for i in range(w.target.shape[0]):
+        for lane in range(LANES):
+            w.target[i, lane] = 0.0
     found, spent, stalled, active = 0, 0, 0, 0
     idle = (1 << LANES) - 1
     while True:
@@ -207,33 +260,18 @@ def _descend(chain, batch, library, options, w, s):  # type: ignore[no-untyped-d
             bit = 1 << lane
             if not waiting & bit:
                 continue
-            if stalled & bit and w.attempt[lane] + 1 < options.starts:
-                w.attempt[lane] += 1
+            if stalled & bit and w.state[ATTEMPT, lane] + 1.0 < options.starts:
+                w.state[ATTEMPT, lane] += 1.0
             else:
                 if not idle & bit:
                     active -= 1
                     status = FOUND if found & bit else OUT_OF_STARTS
                     _finish(batch, w, lane, OUT_OF_ITERATIONS if spent & bit else status)
-                if not _fill(batch, w, s, lane):
+                if not _fill(batch, w, lane):
                     continue
                 active += 1
-            _begin(chain, batch, library, w, s, lane)
+            _begin(chain, batch, library, w, lane)
         if active == 0:
             break
         idle = 0
         found, spent, stalled = _advance(chain, w, options)
-
-
-@njit(cache=True)
-def refine_lanes(chain, batch, library, options):  # type: ignore[no-untyped-def]
-    """Solve poses of a batch on one thread until its queue is empty."""
-    joints, dof = chain.prismatic.shape[0], batch.joints.shape[1]
-    w, s = _work(joints, dof, library), _scratch(joints, dof, library)
-    _descend(chain, batch, library, options, w, s)
-
-
-@njit(cache=True, parallel=True)
-def refine_lanes_parallel(chain, batch, library, options, threads):  # type: ignore[no-untyped-def]
-    """Compute `refine_lanes` on so many threads of numba; the same joints, bitwise."""
-    for _ in prange(threads):
-        refine_lanes(chain, batch, library, options)

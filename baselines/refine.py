@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines import lm_kernel
-from baselines.lanes_kernel import Batch, refine_lanes, refine_lanes_parallel
+from baselines.lanes_kernel import Batch, new_room, refine_lanes
 from baselines.lm_kernel import LmOptions
 from baselines.protocol import OUT_OF_ITERATIONS, OUT_OF_TIME, Solution
 from baselines.seed_library import SeedLibrary, empty_seed_library
@@ -27,9 +28,8 @@ Array = NDArray[np.float64]
 
 Arguments = tuple[Chain, Array, Array, SeedLibrary, LmOptions]
 
-# Poses from which a batch is solved in lanes.
-LEAST_FOR_LANES = 1
-
+# Poses that are worth another thread: starting it takes as long as some hundred of them.
+POSES_PER_THREAD = 256
 REASONS = {
     lm_kernel.FOUND: "",
     lm_kernel.OUT_OF_ITERATIONS: OUT_OF_ITERATIONS,
@@ -68,12 +68,17 @@ class Refined:
         return Solution(self.joints, self.found, self.time_s, self.iterations, reasons)
 
 
+def thread_count(count: int) -> int:
+    """Return ``count``, at most the number of threads that numba has, which 0 means."""
+    most: int = numba.config.NUMBA_NUM_THREADS
+    return min(count, most) if count else most
+
+
 @contextmanager
 def numba_threads(count: int) -> Iterator[None]:
     """Let numba use ``count`` threads, at most all it has, which 0 means; then it is as before."""
     before = numba.get_num_threads()
-    most = numba.config.NUMBA_NUM_THREADS
-    numba.set_num_threads(min(count, most) if count else most)
+    numba.set_num_threads(thread_count(count))
     try:
         yield
     finally:
@@ -97,7 +102,7 @@ def refine(
         poses: (N, 7) targets in the base frame, x y z in m, then unit qw qx qy qz.
         seeds: (N, K, dof) configurations to start from, moved into the limits; K may be 0.
         options: Tolerances, damping and budget.
-        threads: Threads of numba to use; 0 for all.
+        threads: Threads to use, at most as many as numba has; 0 for so many.
         library: Configurations to start from after the seeds, the nearest first.
     """
     count, dof = len(poses), robot.dof
@@ -108,11 +113,10 @@ def refine(
         empty_seed_library(dof) if library is None else library,
         options,
     )
-    threads = 1 if forked() else threads
-    if count < LEAST_FOR_LANES or options.time_ns > 0:
+    if options.time_ns > 0 or options.starts < 1:
         result = _one_by_one(arguments, threads)
     else:
-        result = _side_by_side(arguments, threads)
+        result = _side_by_side(arguments, thread_count(threads))
     if not robot.endless.any():
         return result
     return replace(result, joints=robot.nearest_turns(result.joints))
@@ -128,7 +132,7 @@ def _one_by_one(arguments: Arguments, threads: int) -> Refined:
     poses, seeds = arguments[1:3]
     room = _room(len(poses), seeds.shape[2])
     time_ns = np.zeros(len(poses), dtype=np.int64)
-    if threads == 1:
+    if threads == 1 or forked():
         lm_kernel.refine_rows(*arguments, *room, time_ns)
     else:
         with numba_threads(threads):
@@ -137,18 +141,26 @@ def _one_by_one(arguments: Arguments, threads: int) -> Refined:
 
 
 def _side_by_side(arguments: Arguments, threads: int) -> Refined:
-    """Refine by the kernel of lanes; the time is shared out by configurations looked at."""
+    """Refine by the kernel of lanes.
+
+    Its threads are started here and end here: they share the queue of poses and nothing else, so
+    that they need no pool, which a fork would not survive.
+    """
     chain, poses, seeds, library, options = arguments
     room = _room(len(poses), seeds.shape[2])
     batch = Batch(poses, seeds, *room, np.zeros(1, dtype=np.int64))
+    used = max(1, min(threads, len(poses) // POSES_PER_THREAD))
+    lanes = new_room(used, len(chain.prismatic), seeds.shape[2], len(library.joints))
     started = time.perf_counter()
-    used = 1
-    if threads == 1:
-        refine_lanes(chain, batch, library, options)
-    else:
-        with numba_threads(threads):
-            used = numba.get_num_threads()
-            refine_lanes_parallel(chain, batch, library, options, used)
+    others = [
+        threading.Thread(target=refine_lanes, args=(chain, batch, library, options, lanes, k))
+        for k in range(1, used)
+    ]
+    for thread in others:
+        thread.start()
+    refine_lanes(chain, batch, library, options, lanes, 0)
+    for thread in others:
+        thread.join()
     seconds = used * (time.perf_counter() - started)
     result = Refined(*room, time_s=np.empty(0))
     looked_at = result.iterations + result.starts
