@@ -36,6 +36,7 @@ REASONS = {
     lm_kernel.OUT_OF_TIME: OUT_OF_TIME,
     lm_kernel.OUT_OF_STARTS: "out of starts",
 }
+_REASON_OF = np.array([REASONS[code] for code in range(len(REASONS))], dtype=object)
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class Refined:
 
     def solution(self) -> Solution:
         """The same as a `Solution`."""
-        reasons = tuple(REASONS[code] for code in self.status.tolist())
+        reasons = tuple(_REASON_OF[self.status].tolist())
         return Solution(self.joints, self.found, self.time_s, self.iterations, reasons)
 
 
