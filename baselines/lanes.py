@@ -17,7 +17,7 @@ from llvmlite import ir
 from numba import njit, types
 from numba.core import cgutils
 from numba.core.imputils import lower_builtin
-from numba.core.typing.templates import AbstractTemplate, ConcreteTemplate, infer_global, signature
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
 
 LANES = 8
@@ -58,45 +58,59 @@ class _MaskModel(models.PrimitiveModel):
 
 
 def _spread(builder: Any, value: Any) -> Any:
-    """Put a float64 into every lane."""
-    if value.type == _VECTOR:
+    """Put a float64 into every lane; vectors are left as they are."""
+    if value.type != ir.DoubleType():
         return value
     first = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), value, _INDEX(0))
     nowhere = ir.Constant(ir.VectorType(_INDEX, LANES), [0] * LANES)
     return builder.shuffle_vector(first, ir.Constant(_VECTOR, ir.Undefined), nowhere)
 
 
-_PAIRS = (
+_LANES_PAIRS = (
     (lanes_type, lanes_type),
     (lanes_type, types.float64),
     (types.float64, lanes_type),
 )
 
 
-def _declare(function: Any, result: types.Type, emit: Any) -> None:
-    """Give an operator of Python a meaning between lanes, and between lanes and a float64."""
+def _declare(function: Any, result: types.Type, cases: Any, emit: Any) -> None:
+    """Give an operator of Python a meaning for lanes or masks.
+
+    Args:
+        function: The operator, of `operator`.
+        result: Type of its result.
+        cases: Types of its operands, a tuple each.
+        emit: Makes its instruction, from a builder and the operands, each in all lanes.
+    """
 
     class Template(AbstractTemplate):
         def generic(self, arguments: Any, keywords: Any) -> Any:
-            return signature(result, *arguments) if tuple(arguments) in _PAIRS else None
+            return signature(result, *arguments) if tuple(arguments) in cases else None
 
     infer_global(function)(Template)
 
     def lower(context: Any, builder: Any, kind: Any, values: Any) -> Any:
-        return emit(builder, _spread(builder, values[0]), _spread(builder, values[1]))
+        return emit(builder, *(_spread(builder, value) for value in values))
 
-    for pair in _PAIRS:
-        lower_builtin(function, *pair)(lower)
+    for case in cases:
+        lower_builtin(function, *case)(lower)
+
+
+def _negated(builder: Any, value: Any) -> Any:
+    return builder.fsub(ir.Constant(_VECTOR, [-0.0] * LANES), value)
 
 
 def _comparison(sign: str) -> Any:
     return lambda builder, a, b: builder.fcmp_ordered(sign, a, b)
 
 
-_declare(operator.add, lanes_type, lambda builder, a, b: builder.fadd(a, b))
-_declare(operator.sub, lanes_type, lambda builder, a, b: builder.fsub(a, b))
-_declare(operator.mul, lanes_type, lambda builder, a, b: builder.fmul(a, b))
-_declare(operator.truediv, lanes_type, lambda builder, a, b: builder.fdiv(a, b))
+for _function, _name in (
+    (operator.add, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.truediv, "fdiv"),
+):
+    _declare(_function, lanes_type, _LANES_PAIRS, getattr(ir.IRBuilder, _name))
 for _function, _sign in (
     (operator.lt, "<"),
     (operator.le, "<="),
@@ -104,49 +118,11 @@ for _function, _sign in (
     (operator.ge, ">="),
     (operator.eq, "=="),
 ):
-    _declare(_function, mask_type, _comparison(_sign))
-
-
-@infer_global(operator.neg)
-class _NegTemplate(ConcreteTemplate):
-    cases = [signature(lanes_type, lanes_type)]  # noqa: RUF012 - as numba has it
-
-
-@lower_builtin(operator.neg, lanes_type)
-def _lower_neg(context: Any, builder: Any, kind: Any, values: Any) -> Any:
-    return builder.fsub(ir.Constant(_VECTOR, [-0.0] * LANES), values[0])
-
-
-@infer_global(operator.invert)
-class _InvertTemplate(ConcreteTemplate):
-    cases = [signature(mask_type, mask_type)]  # noqa: RUF012
-
-
-@lower_builtin(operator.invert, mask_type)
-def _lower_invert(context: Any, builder: Any, kind: Any, values: Any) -> Any:
-    return builder.not_(values[0])
-
-
-@infer_global(operator.and_)
-@infer_global(operator.or_)
-@infer_global(operator.xor)
-class _MaskTemplate(ConcreteTemplate):
-    cases = [signature(mask_type, mask_type, mask_type)]  # noqa: RUF012
-
-
-@lower_builtin(operator.and_, mask_type, mask_type)
-def _lower_and(context: Any, builder: Any, kind: Any, values: Any) -> Any:
-    return builder.and_(*values)
-
-
-@lower_builtin(operator.or_, mask_type, mask_type)
-def _lower_or(context: Any, builder: Any, kind: Any, values: Any) -> Any:
-    return builder.or_(*values)
-
-
-@lower_builtin(operator.xor, mask_type, mask_type)
-def _lower_xor(context: Any, builder: Any, kind: Any, values: Any) -> Any:
-    return builder.xor(*values)
+    _declare(_function, mask_type, _LANES_PAIRS, _comparison(_sign))
+for _function, _name in ((operator.and_, "and_"), (operator.or_, "or_"), (operator.xor, "xor")):
+    _declare(_function, mask_type, ((mask_type, mask_type),), getattr(ir.IRBuilder, _name))
+_declare(operator.neg, lanes_type, ((lanes_type,),), _negated)
+_declare(operator.invert, mask_type, ((mask_type,),), ir.IRBuilder.not_)
 
 
 def _row(context: Any, builder: Any, kind: Any, array: Any, row: Any) -> Any:

@@ -76,7 +76,11 @@ def find_lanes_error(target, frame):  # type: ignore[no-untyped-def]
     sx, sy = select(half_turn, 1.0, sx), select(half_turn, 0.0, sy)
     sz = select(half_turn, 0.0, sz)
     scale = select(turns, angle / sine2, select(ahead, lanes_of(0.5), lanes_of(math.pi)))
-    dx, dy, dz = (load(target, 9) - frame[9], load(target, 10) - frame[10], load(target, 11) - frame[11])
+    dx, dy, dz = (
+        load(target, 9) - frame[9],
+        load(target, 10) - frame[10],
+        load(target, 11) - frame[11],
+    )
     error = (dx, dy, dz, scale * sx, scale * sy, scale * sz)
     return error, dx * dx + dy * dy + dz * dz, angle * angle
 

@@ -52,7 +52,9 @@ def lanes_damped_step(chain, w, error, damping, moving, passes):  # type: ignore
             break
     for k in range(dof):
         at = load(q, k)
-        moved = least(greatest(at + load(w.step, k), lanes_of(chain.lower[k])), lanes_of(chain.upper[k]))
+        moved = least(
+            greatest(at + load(w.step, k), lanes_of(chain.lower[k])), lanes_of(chain.upper[k])
+        )
         store(q, k, select(moving, moved, at))
 
 

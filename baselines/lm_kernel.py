@@ -92,7 +92,7 @@ def _scratch(joints, dof, library):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, _nrt=False)
 def choose_start(chain, pose, seeds, library, attempt, goal, distances, q):  # type: ignore[no-untyped-def]
-    """Write the `attempt`-th start: the seeds in order, then near remembered ones, then random ones.
+    """Write the `attempt`-th start: seeds in order, then near remembered ones, then random ones.
 
     Args:
         chain: The `Chain`.

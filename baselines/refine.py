@@ -63,6 +63,12 @@ class Refined:
         """(N,) where the tolerances are met."""
         return self.status == lm_kernel.FOUND
 
+    @classmethod
+    def empty(cls, count: int, dof: int) -> Refined:
+        """Room for `count` answers of `dof` joints."""
+        status, iterations, starts = np.zeros((3, count), dtype=np.int64)
+        return cls(np.zeros((count, dof)), status, iterations, starts, np.zeros(count))
+
     def solution(self) -> Solution:
         """The same as a `Solution`."""
         reasons = tuple(_REASON_OF[self.status].tolist())
@@ -106,12 +112,11 @@ def refine(
         threads: Threads to use, at most as many as numba has; 0 for so many.
         library: Configurations to start from after the seeds, the nearest first.
     """
-    count, dof = len(poses), robot.dof
     arguments = (
         robot.chain,
         np.ascontiguousarray(poses, dtype=np.float64),
         np.ascontiguousarray(seeds, dtype=np.float64),
-        empty_seed_library(dof) if library is None else library,
+        empty_seed_library(robot.dof) if library is None else library,
         options,
     )
     if options.time_ns > 0 or options.starts < 1:
@@ -123,22 +128,19 @@ def refine(
     return replace(result, joints=robot.nearest_turns(result.joints))
 
 
-def _room(count: int, dof: int) -> tuple[Array, ...]:
-    """Arrays for joints, status, iterations and starts of `Refined`."""
-    return (np.zeros((count, dof)), *np.zeros((3, count), dtype=np.int64))
-
-
 def _one_by_one(arguments: Arguments, threads: int) -> Refined:
     """Refine by the scalar kernel, which keeps the time of every pose."""
     poses, seeds = arguments[1:3]
-    room = _room(len(poses), seeds.shape[2])
+    result = Refined.empty(len(poses), seeds.shape[2])
     time_ns = np.zeros(len(poses), dtype=np.int64)
+    room = (result.joints, result.status, result.iterations, result.starts, time_ns)
     if threads == 1 or forked():
-        lm_kernel.refine_rows(*arguments, *room, time_ns)
+        lm_kernel.refine_rows(*arguments, *room)
     else:
         with numba_threads(threads):
-            lm_kernel.refine_rows_parallel(*arguments, *room, time_ns)
-    return Refined(*room, time_s=time_ns * 1e-9)
+            lm_kernel.refine_rows_parallel(*arguments, *room)
+    np.multiply(time_ns, 1e-9, out=result.time_s)
+    return result
 
 
 def _side_by_side(arguments: Arguments, threads: int) -> Refined:
@@ -148,8 +150,9 @@ def _side_by_side(arguments: Arguments, threads: int) -> Refined:
     that they need no pool, which a fork would not survive.
     """
     chain, poses, seeds, library, options = arguments
-    room = _room(len(poses), seeds.shape[2])
-    batch = Batch(poses, seeds, *room, np.zeros(1, dtype=np.int64))
+    result = Refined.empty(len(poses), seeds.shape[2])
+    room = (result.joints, result.status, result.iterations, result.starts)
+    batch = Batch(poses, seeds, *room, next=np.zeros(1, dtype=np.int64))
     used = max(1, min(threads, len(poses) // POSES_PER_THREAD))
     lanes = new_room(used, len(chain.prismatic), seeds.shape[2], len(library.joints))
     started = time.perf_counter()
@@ -163,6 +166,6 @@ def _side_by_side(arguments: Arguments, threads: int) -> Refined:
     for thread in others:
         thread.join()
     seconds = used * (time.perf_counter() - started)
-    result = Refined(*room, time_s=np.empty(0))
     looked_at = result.iterations + result.starts
-    return replace(result, time_s=looked_at * (seconds / max(looked_at.sum(), 1)))
+    np.multiply(looked_at, seconds / max(int(looked_at.sum()), 1), out=result.time_s)
+    return result
