@@ -99,6 +99,7 @@ def refine(
     options: LmOptions,
     threads: int = 1,
     library: SeedLibrary | None = None,
+    side_by_side: bool = True,
 ) -> Refined:
     """Descend from each pose's seeds in order, then from random configurations, until solved.
 
@@ -111,6 +112,8 @@ def refine(
         options: Tolerances, damping and budget.
         threads: Threads to use, at most as many as numba has; 0 for so many.
         library: Configurations to start from after the seeds, the nearest first.
+        side_by_side: Whether to solve several poses at once in vector registers. A limit of time
+            needs them one by one.
     """
     arguments = (
         robot.chain,
@@ -119,10 +122,10 @@ def refine(
         empty_seed_library(robot.dof) if library is None else library,
         options,
     )
-    if options.time_ns > 0 or options.starts < 1:
-        result = _one_by_one(arguments, threads)
-    else:
+    if side_by_side and options.time_ns == 0 and options.starts > 0:
         result = _side_by_side(arguments, thread_count(threads))
+    else:
+        result = _one_by_one(arguments, threads)
     if not robot.endless.any():
         return result
     return replace(result, joints=robot.nearest_turns(result.joints))

@@ -274,7 +274,8 @@ def test_lanes_step_as_one_configuration_does(robot: Robot, passes: int) -> None
         still[0, 3] = 1.0
         _move(robot.chain, w, still, passes)
         assert np.array_equal(w.q[:, 3], joints[3])
-        assert (w.q.T >= robot.chain.lower).all() and (w.q.T <= robot.chain.upper).all()
+        assert (w.q >= robot.chain.lower[:, None]).all()
+        assert (w.q <= robot.chain.upper[:, None]).all()
         at = new_linearisation(len(robot.chain.prismatic), dof)
         one = One(at, np.empty(6), np.empty(dof), np.empty(dof, dtype=bool), np.empty(dof))
         for lane in set(range(LANES)) - {3}:

@@ -12,9 +12,9 @@ import baselines.refine
 from baselines.lanes import LANES
 from baselines.lanes_kernel import refine_lanes
 from baselines.lm import LevenbergMarquardt
-from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, LmOptions, refine_rows
+from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, LmOptions
 from baselines.refine import Refined, refine
-from baselines.seed_library import SeedLibrary, build_seed_library, empty_seed_library
+from baselines.seed_library import SeedLibrary, build_seed_library
 from robots import Robot, available_robots, load_robot
 from tests.small_arms import arm, save
 from tests.unit.baselines.test_lm import MIXED
@@ -68,14 +68,7 @@ def one_by_one(
     robot: Robot, poses: Array, seeds: Array, options: LmOptions, library: SeedLibrary | None = None
 ) -> Refined:
     """The reference: the scalar kernel."""
-    library = library or empty_seed_library(robot.dof)
-    result = Refined.empty(len(poses), robot.dof)
-    arrays = (result.joints, result.status, result.iterations, result.starts)
-    times = np.zeros(len(poses), dtype=np.int64)
-    refine_rows(robot.chain, poses, seeds, library, options, *arrays, times)
-    if robot.endless.any():
-        result.joints[:] = robot.nearest_turns(result.joints)
-    return result
+    return refine(robot, poses, seeds, options, library=library, side_by_side=False)
 
 
 def assert_same(one: Refined, other: Refined) -> None:
