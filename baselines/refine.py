@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines import lm_kernel
-from baselines.lanes_kernel import Batch, new_room, refine_lanes
+from baselines.lanes_kernel import refine_lanes
+from baselines.lanes_work import Batch, new_room
 from baselines.lm_kernel import LmOptions
 from baselines.protocol import OUT_OF_ITERATIONS, OUT_OF_TIME, Solution
 from baselines.seed_library import SeedLibrary, empty_seed_library

@@ -21,10 +21,10 @@ from baselines.lanes import (
     select,
     store,
 )
-from baselines.lanes_kernel import new_room
 from baselines.lanes_kinematics import find_lanes_error, find_lanes_frames, find_lanes_jacobian
 from baselines.lanes_step import lanes_damped_step
 from baselines.lanes_trigonometry import lanes_angle, lanes_sine_cosine
+from baselines.lanes_work import new_room
 from baselines.linearise import (
     Linearisation,
     find_error,

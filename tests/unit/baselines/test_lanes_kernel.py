@@ -78,6 +78,22 @@ def assert_same(one: Refined, other: Refined) -> None:
     assert np.array_equal(one.starts, other.starts)
 
 
+def assert_equal_to_one_by_one(
+    robot: Robot,
+    poses: Array,
+    seeds: Array,
+    options: LmOptions,
+    library: SeedLibrary | None,
+    lanes: Refined,
+) -> None:
+    """As the scalar kernel, step by step, up to rounding."""
+    scalar = one_by_one(robot, poses, seeds, options, library)
+    assert np.array_equal(lanes.status, scalar.status)
+    assert np.array_equal(lanes.starts, scalar.starts)
+    assert np.array_equal(lanes.iterations, scalar.iterations)
+    assert np.abs(lanes.joints - scalar.joints).max() < 1e-6  # also the best of what failed
+
+
 def largest_errors(robot: Robot, joints: Array, poses: Array) -> tuple[float, float]:
     """Largest distance [m] and angle [rad], by Pinocchio."""
     model, frame = robot.pinocchio()
@@ -133,6 +149,37 @@ def test_an_answer_is_that_of_the_pose_alone(robot: Robot) -> None:
         assert alone.iterations[0] == together.iterations[row]
 
 
+@pytest.mark.parametrize("limit", [1, 5, 17, 40, 41, 100, 1000])
+@pytest.mark.parametrize("seeded", [0, 1, 2])
+def test_lanes_that_help_change_nothing(panda: Robot, limit: int, seeded: int) -> None:
+    """A pose alone has eight lanes for its starts, one in the midst of a batch has one."""
+    poses = reachable(panda, 240, seed=8)
+    poses[::40] += [9, 0, 0, 0, 0, 0, 0]
+    seeds = panda.sample(480, seed=3, collision_free=False).reshape(240, 2, 7)[:, :seeded].copy()
+    library = build_seed_library(panda, 100, 3, seed=1)
+    options = options_for(panda)._replace(iterations=limit)
+    together = refine(panda, poses, seeds, options, library=library)
+    assert_equal_to_one_by_one(panda, poses, seeds, options, library, together)
+    hard = np.argsort(together.iterations)[-25:]
+    for row in [*hard, *range(0, 240, 40)]:
+        alone = refine(panda, poses[row : row + 1], seeds[row : row + 1], options, 1, library)
+        assert np.array_equal(alone.joints[0], together.joints[row])
+        assert alone.status[0] == together.status[row]
+        assert alone.iterations[0] == together.iterations[row]
+        assert alone.starts[0] == together.starts[row]
+
+
+@pytest.mark.parametrize("starts", [1, 2, 7, 8, 9, 20])
+def test_lanes_that_help_heed_the_number_of_starts(panda: Robot, starts: int) -> None:
+    poses = reachable(panda, 3)
+    poses[::2] += [9, 0, 0, 0, 0, 0, 0]
+    options = options_for(panda)._replace(starts=starts)
+    few = refine(panda, poses, homes(panda, 3), options)
+    assert few.status[[0, 2]].tolist() == [OUT_OF_STARTS] * 2
+    assert few.starts[[0, 2]].tolist() == [starts] * 2
+    assert_equal_to_one_by_one(panda, poses, homes(panda, 3), options, None, few)
+
+
 @pytest.mark.parametrize("count", [0, 1, 2, LANES - 1, LANES, LANES + 1, 2 * LANES + 3])
 def test_any_number_of_poses(panda: Robot, count: int) -> None:
     poses = reachable(panda, 40)
@@ -170,11 +217,8 @@ def test_seeds_then_the_library_then_random_starts(panda: Robot, seeded: int) ->
     library = build_seed_library(panda, 300, 4, seed=1)
     options = options_for(panda)
     lanes = refine(panda, poses, seeds, options, library=library)
-    scalar = one_by_one(panda, poses, seeds, options, library)
     assert lanes.starts.max() > seeded + 4
-    assert np.array_equal(lanes.starts, scalar.starts)
-    assert np.array_equal(lanes.iterations, scalar.iterations)
-    assert np.abs(lanes.joints - scalar.joints).max() < 1e-6
+    assert_equal_to_one_by_one(panda, poses, seeds, options, library, lanes)
     alone = refine(panda, poses[9:10], seeds[9:10], options, library=library)
     assert np.array_equal(alone.joints[0], lanes.joints[9])
 
@@ -184,12 +228,10 @@ def test_iterations_are_limited(panda: Robot, limit: int) -> None:
     poses = reachable(panda, 100)
     options = options_for(panda)._replace(iterations=limit)
     lanes = refine(panda, poses, homes(panda, 100), options)
-    scalar = one_by_one(panda, poses, homes(panda, 100), options)
+    assert_equal_to_one_by_one(panda, poses, homes(panda, 100), options, None, lanes)
     assert lanes.iterations.max() == limit
     assert OUT_OF_ITERATIONS in lanes.status and set(lanes.status) <= {FOUND, OUT_OF_ITERATIONS}
-    assert np.array_equal(lanes.status, scalar.status)
     assert (lanes.iterations[~lanes.found] == limit).all()
-    assert np.abs(lanes.joints - scalar.joints).max() < 1e-6  # also the best of what failed
 
 
 @pytest.mark.parametrize("starts", [0, 1, 3])
@@ -197,11 +239,8 @@ def test_starts_are_limited(panda: Robot, starts: int) -> None:
     poses = reachable(panda, 100)
     options = options_for(panda, starts=starts)
     lanes = refine(panda, poses, homes(panda, 100), options)
-    scalar = one_by_one(panda, poses, homes(panda, 100), options)
-    assert np.array_equal(lanes.status, scalar.status)
-    assert np.array_equal(lanes.starts, scalar.starts)
+    assert_equal_to_one_by_one(panda, poses, homes(panda, 100), options, None, lanes)
     assert (lanes.status == OUT_OF_STARTS).any()
-    assert np.abs(lanes.joints - scalar.joints).max() < 1e-6
 
 
 def test_a_seed_at_the_solution_is_returned_untouched(robot: Robot) -> None:
