@@ -29,7 +29,7 @@ def now_ns(timespec):  # type: ignore[no-untyped-def]
     return timespec[0] * 1_000_000_000 + timespec[1]
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def mix(value):  # type: ignore[no-untyped-def]
     """Scramble 64 bits: the output function of SplitMix64 (Steele, Lea and Flood, 2014)."""
     value = (value ^ (value >> np.uint64(30))) * MIX_1
@@ -37,14 +37,14 @@ def mix(value):  # type: ignore[no-untyped-def]
     return value ^ (value >> np.uint64(31))
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def uniform(key, counter):  # type: ignore[no-untyped-def]
     """Return the `counter`-th uniform number in [0, 1) of the stream `key` (both uint64)."""
     bits = mix(key + GOLDEN * (np.uint64(counter) + np.uint64(1)))
     return (bits >> np.uint64(11)) * TO_UNIT
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def pose_key(pose):  # type: ignore[no-untyped-def]
     """Return a stream key that depends on a pose (7,) alone, not on its quaternion's sign."""
     bits = pose.view(np.uint64)

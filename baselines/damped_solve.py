@@ -1,15 +1,16 @@
-"""The 6x6 system of a damped step, in scalars so that it never leaves the registers."""
+"""The 6x6 system of a damped step, in scalars so that it never leaves the registers.
+
+The scalars may as well be `Lanes`: then as many systems are solved side by side.
+"""
 
 from __future__ import annotations
 
 from numba import njit
 
 
-@njit(cache=True, fastmath={"contract", "reassoc"}, forceinline=True)
+@njit(cache=True, fastmath={"contract", "reassoc"}, _nrt=False, forceinline=True)
 def damped_solve(J, free, error, damping, y):  # type: ignore[no-untyped-def]
-    """Solve (Σ JₖᵀJₖ + λ I) y = e over the free joints k by an L D Lᵀ factorisation.
-
-    Golub and Van Loan, "Matrix Computations", section 4.1.
+    """Solve (Σ JₖᵀJₖ + λ I) y = e over the free joints k.
 
     Args:
         J: (dof, 6) transposed Jacobian, one row a joint.
@@ -18,18 +19,52 @@ def damped_solve(J, free, error, damping, y):  # type: ignore[no-untyped-def]
         damping: λ > 0.
         y: (6,) receives the solution.
     """
-    a00 = a11 = a22 = a33 = a44 = a55 = damping
-    a10 = a20 = a21 = a30 = a31 = a32 = 0.0
-    a40 = a41 = a42 = a43 = a50 = a51 = a52 = a53 = a54 = 0.0
+    packed = diagonal(damping, 0.0)
     for k in range(J.shape[0]):
         if free[k]:
-            u, v, w, x, z, t = J[k, 0], J[k, 1], J[k, 2], J[k, 3], J[k, 4], J[k, 5]
-            a00, a10, a11 = a00 + u * u, a10 + v * u, a11 + v * v
-            a20, a21, a22 = a20 + w * u, a21 + w * v, a22 + w * w
-            a30, a31, a32, a33 = a30 + x * u, a31 + x * v, a32 + x * w, a33 + x * x
-            a40, a41, a42, a43 = a40 + z * u, a41 + z * v, a42 + z * w, a43 + z * x
-            a50, a51, a52, a53 = a50 + t * u, a51 + t * v, a52 + t * w, a53 + t * x
-            a44, a54, a55 = a44 + z * z, a54 + t * z, a55 + t * t
+            row = (J[k, 0], J[k, 1], J[k, 2], J[k, 3], J[k, 4], J[k, 5])
+            packed = add_outer_product(packed, row)
+    e = (error[0], error[1], error[2], error[3], error[4], error[5])
+    y[0], y[1], y[2], y[3], y[4], y[5] = solve_packed(packed, e)
+
+
+@njit(cache=True, _nrt=False)
+def diagonal(value, zero):  # type: ignore[no-untyped-def]
+    """Packed matrix with a value on its diagonal and a zero of the same type beside it."""
+    first = (value, zero, value, zero, zero, value, zero, zero, zero, value)
+    return first + (zero, zero, zero, zero, value, zero, zero, zero, zero, zero, value)  # noqa: RUF005 - numba unpacks nothing inside a tuple
+
+
+@njit(cache=True, fastmath={"contract", "reassoc"}, _nrt=False, forceinline=True)
+def add_outer_product(packed, row):  # type: ignore[no-untyped-def]
+    """Return a packed matrix plus rowᵀ row, row (6,) as a tuple."""
+    (a00, a10, a11, a20, a21, a22, a30, a31, a32, a33) = packed[:10]
+    (a40, a41, a42, a43, a44, a50, a51, a52, a53, a54, a55) = packed[10:]
+    u, v, w, x, z, t = row
+    a00, a10, a11 = a00 + u * u, a10 + v * u, a11 + v * v
+    a20, a21, a22 = a20 + w * u, a21 + w * v, a22 + w * w
+    a30, a31, a32, a33 = a30 + x * u, a31 + x * v, a32 + x * w, a33 + x * x
+    a40, a41, a42, a43, a44 = a40 + z * u, a41 + z * v, a42 + z * w, a43 + z * x, a44 + z * z
+    a50, a51, a52, a53, a54 = a50 + t * u, a51 + t * v, a52 + t * w, a53 + t * x, a54 + t * z
+    first = (a00, a10, a11, a20, a21, a22, a30, a31, a32, a33)
+    return first + (a40, a41, a42, a43, a44, a50, a51, a52, a53, a54, a55 + t * t)  # noqa: RUF005
+
+
+@njit(cache=True, fastmath={"contract", "reassoc"}, _nrt=False)
+def solve_packed(packed, error):  # type: ignore[no-untyped-def]
+    """Solve A y = e by an L D Lᵀ factorisation, A (6, 6) symmetric and positive definite.
+
+    Golub and Van Loan, "Matrix Computations", section 4.1.
+
+    Args:
+        packed: Lower triangle of A, row by row, a tuple of 21 numbers or `Lanes`.
+        error: Right-hand side e, a tuple of 6.
+
+    Returns:
+        Solution y, a tuple of 6.
+    """
+    (a00, a10, a11, a20, a21, a22, a30, a31, a32, a33) = packed[:10]
+    (a40, a41, a42, a43, a44, a50, a51, a52, a53, a54, a55) = packed[10:]
     # Column by column: d holds the inverse of a pivot, l the multipliers below it.
     d0 = 1.0 / a00
     l10, l20, l30, l40, l50 = a10 * d0, a20 * d0, a30 * d0, a40 * d0, a50 * d0
@@ -66,4 +101,4 @@ def damped_solve(J, free, error, damping, y):  # type: ignore[no-untyped-def]
     y2 = y2 * d2 - l32 * y3 - l42 * y4 - l52 * y5
     y1 = y1 * d1 - l21 * y2 - l31 * y3 - l41 * y4 - l51 * y5
     y0 = y0 * d0 - l10 * y1 - l20 * y2 - l30 * y3 - l40 * y4 - l50 * y5
-    y[0], y[1], y[2], y[3], y[4], y[5] = y0, y1, y2, y3, y4, y5
+    return y0, y1, y2, y3, y4, y5

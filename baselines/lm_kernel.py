@@ -8,6 +8,9 @@ again (Nocedal and Wright, "Numerical Optimization", section 16.5). A descent wh
 has not halved within `patience` iterations is given up: the next seed follows, then remembered
 configurations near the target if there is a memory, then random ones.
 
+Functions that allocate nothing are compiled with `_nrt=False`: numba then leaves out the counting
+of references to arrays, atomic increments that took almost half of the time.
+
 Every random number depends on the target alone, so that a row of the result does not depend on
 the batch around it, its order or the number of threads.
 """
@@ -81,47 +84,66 @@ def _scratch(joints, dof, library):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
-def _start(chain, pose, seeds, library, key, attempt, s):  # type: ignore[no-untyped-def]
-    """The `attempt`-th start: the seeds in order, then near remembered ones, then random ones."""
+@njit(cache=True, _nrt=False)
+def choose_start(chain, pose, seeds, library, attempt, goal, distances, q):  # type: ignore[no-untyped-def]
+    """Write the `attempt`-th start: seeds in order, then near remembered ones, then random ones.
+
+    Args:
+        chain: The `Chain`.
+        pose: (7,) target.
+        seeds: (K, dof) seeds of this pose.
+        library: `SeedLibrary`.
+        attempt: Which start; those of one pose are to be chosen in order.
+        goal: (3, 3) rotation of the target.
+        distances: (M,) scratch that is left alone between the starts of a pose.
+        q: (dof,) receives the start.
+    """
     seeded = seeds.shape[0]
     known = seeded + library.neighbours
-    dof = s.q.shape[0]
-    nearest = 0
-    if seeded <= attempt < known:
+    dof = q.shape[0]
+    nearest, key = 0, np.uint64(0)
+    if attempt >= known:
+        key = pose_key(pose)
+    elif attempt >= seeded:
         if attempt == seeded:
-            find_distances(library, pose, s.at.goal, s.distances)
-        nearest = take_nearest(s.distances)
+            find_distances(library, pose, goal, distances)
+        nearest = take_nearest(distances)
     for k in range(dof):
         if attempt < known:
             value = seeds[attempt, k] if attempt < seeded else library.joints[nearest, k]
-            s.q[k] = min(max(value, chain.lower[k]), chain.upper[k])
+            q[k] = min(max(value, chain.lower[k]), chain.upper[k])
         else:
             share = uniform(key, (attempt - known) * dof + k)
-            s.q[k] = chain.lower[k] + share * (chain.upper[k] - chain.lower[k])
+            q[k] = chain.lower[k] + share * (chain.upper[k] - chain.lower[k])
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
+def _copy(q, best):  # type: ignore[no-untyped-def]
+    """Copy (dof,) numbers; an assignment of slices would allocate in between."""
+    for k in range(q.shape[0]):
+        best[k] = q[k]
+
+
+@njit(cache=True, _nrt=False)
 def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[no-untyped-def]
     """Solve one pose; writes the best joints and returns (status, iterations, starts)."""
     started = now_ns(s.timespec) if options.time_ns > 0 else 0
     position2 = options.position_tolerance_m**2
     rotation2 = options.rotation_tolerance_rad**2
     set_target(pose, s.at)
-    key = pose_key(pose)
     least = np.inf
     iterations = 0
     for attempt in range(options.starts):
-        _start(chain, pose, seeds, library, key, attempt, s)
+        choose_start(chain, pose, seeds, library, attempt, s.at.goal, s.distances, s.q)
         since, reference = 0, np.inf
         while True:
             distance2, angle2 = find_error(chain, s.q, pose, s.at)
             squared = distance2 + angle2
             if squared < least:
                 least = squared
-                best[:] = s.q
+                _copy(s.q, best)
             if distance2 <= position2 and angle2 <= rotation2:
-                best[:] = s.q
+                _copy(s.q, best)
                 return FOUND, iterations, attempt + 1
             if iterations >= options.iterations:
                 return OUT_OF_ITERATIONS, iterations, attempt + 1

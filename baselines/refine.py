@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -12,9 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines import lm_kernel
+from baselines.lanes_kernel import refine_lanes
+from baselines.lanes_work import Batch, new_room
 from baselines.lm_kernel import LmOptions
 from baselines.protocol import OUT_OF_ITERATIONS, OUT_OF_TIME, Solution
 from baselines.seed_library import SeedLibrary, empty_seed_library
+from robots.chain import Chain
 from robots.threads import forked
 
 if TYPE_CHECKING:
@@ -22,12 +27,17 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+Arguments = tuple[Chain, Array, Array, SeedLibrary, LmOptions]
+
+# Poses that are worth another thread: starting it takes as long as some hundred of them.
+POSES_PER_THREAD = 256
 REASONS = {
     lm_kernel.FOUND: "",
     lm_kernel.OUT_OF_ITERATIONS: OUT_OF_ITERATIONS,
     lm_kernel.OUT_OF_TIME: OUT_OF_TIME,
     lm_kernel.OUT_OF_STARTS: "out of starts",
 }
+_REASON_OF = np.array([REASONS[code] for code in range(len(REASONS))], dtype=object)
 
 
 @dataclass(frozen=True)
@@ -39,7 +49,8 @@ class Refined:
         status: (N,) a key of `REASONS`; 0 where the tolerances are met.
         iterations: (N,) Levenberg-Marquardt steps, summed over starts.
         starts: (N,) seeds and random configurations descended from; 1 is the first seed alone.
-        time_s: (N,) time of the pose alone, on its thread [s].
+        time_s: (N,) time of the pose alone, on its thread [s]; where poses are solved side by side,
+            the time of the batch shared out by the configurations that were looked at.
     """
 
     joints: Array
@@ -53,18 +64,29 @@ class Refined:
         """(N,) where the tolerances are met."""
         return self.status == lm_kernel.FOUND
 
+    @classmethod
+    def empty(cls, count: int, dof: int) -> Refined:
+        """Room for `count` answers of `dof` joints."""
+        status, iterations, starts = np.zeros((3, count), dtype=np.int64)
+        return cls(np.zeros((count, dof)), status, iterations, starts, np.zeros(count))
+
     def solution(self) -> Solution:
         """The same as a `Solution`."""
-        reasons = tuple(REASONS[code] for code in self.status.tolist())
+        reasons = tuple(_REASON_OF[self.status].tolist())
         return Solution(self.joints, self.found, self.time_s, self.iterations, reasons)
+
+
+def thread_count(count: int) -> int:
+    """Return ``count``, at most the number of threads that numba has, which 0 means."""
+    most: int = numba.config.NUMBA_NUM_THREADS
+    return min(count, most) if count else most
 
 
 @contextmanager
 def numba_threads(count: int) -> Iterator[None]:
     """Let numba use ``count`` threads, at most all it has, which 0 means; then it is as before."""
     before = numba.get_num_threads()
-    most = numba.config.NUMBA_NUM_THREADS
-    numba.set_num_threads(min(count, most) if count else most)
+    numba.set_num_threads(thread_count(count))
     try:
         yield
     finally:
@@ -78,6 +100,7 @@ def refine(
     options: LmOptions,
     threads: int = 1,
     library: SeedLibrary | None = None,
+    side_by_side: bool = True,
 ) -> Refined:
     """Descend from each pose's seeds in order, then from random configurations, until solved.
 
@@ -88,36 +111,65 @@ def refine(
         poses: (N, 7) targets in the base frame, x y z in m, then unit qw qx qy qz.
         seeds: (N, K, dof) configurations to start from, moved into the limits; K may be 0.
         options: Tolerances, damping and budget.
-        threads: Threads of numba to use; 0 for all.
+        threads: Threads to use, at most as many as numba has; 0 for so many.
         library: Configurations to start from after the seeds, the nearest first.
+        side_by_side: Whether to solve several poses at once in vector registers. A limit of time
+            needs them one by one.
     """
-    count, dof = len(poses), robot.dof
-    result = Refined(
-        np.zeros((count, dof)),
-        np.zeros(count, dtype=np.int64),
-        np.zeros(count, dtype=np.int64),
-        np.zeros(count, dtype=np.int64),
-        np.zeros(count),
-    )
-    time_ns = np.zeros(count, dtype=np.int64)
     arguments = (
         robot.chain,
         np.ascontiguousarray(poses, dtype=np.float64),
         np.ascontiguousarray(seeds, dtype=np.float64),
-        empty_seed_library(dof) if library is None else library,
+        empty_seed_library(robot.dof) if library is None else library,
         options,
-        result.joints,
-        result.status,
-        result.iterations,
-        result.starts,
-        time_ns,
     )
-    if threads == 1 or forked():
-        lm_kernel.refine_rows(*arguments)
+    if side_by_side and options.time_ns == 0 and options.starts > 0:
+        result = _side_by_side(arguments, thread_count(threads))
     else:
-        with numba_threads(threads):
-            lm_kernel.refine_rows_parallel(*arguments)
-    np.multiply(time_ns, 1e-9, out=result.time_s)
+        result = _one_by_one(arguments, threads)
     if not robot.endless.any():
         return result
     return replace(result, joints=robot.nearest_turns(result.joints))
+
+
+def _one_by_one(arguments: Arguments, threads: int) -> Refined:
+    """Refine by the scalar kernel, which keeps the time of every pose."""
+    poses, seeds = arguments[1:3]
+    result = Refined.empty(len(poses), seeds.shape[2])
+    time_ns = np.zeros(len(poses), dtype=np.int64)
+    room = (result.joints, result.status, result.iterations, result.starts, time_ns)
+    if threads == 1 or forked():
+        lm_kernel.refine_rows(*arguments, *room)
+    else:
+        with numba_threads(threads):
+            lm_kernel.refine_rows_parallel(*arguments, *room)
+    np.multiply(time_ns, 1e-9, out=result.time_s)
+    return result
+
+
+def _side_by_side(arguments: Arguments, threads: int) -> Refined:
+    """Refine by the kernel of lanes.
+
+    Its threads are started here and end here: they share the queue of poses and nothing else, so
+    that they need no pool, which a fork would not survive.
+    """
+    chain, poses, seeds, library, options = arguments
+    result = Refined.empty(len(poses), seeds.shape[2])
+    room = (result.joints, result.status, result.iterations, result.starts)
+    batch = Batch(poses, seeds, *room, next=np.zeros(1, dtype=np.int64))
+    used = max(1, min(threads, len(poses) // POSES_PER_THREAD))
+    lanes = new_room(used, len(chain.prismatic), seeds.shape[2], len(library.joints))
+    started = time.perf_counter()
+    others = [
+        threading.Thread(target=refine_lanes, args=(chain, batch, library, options, lanes, k))
+        for k in range(1, used)
+    ]
+    for thread in others:
+        thread.start()
+    refine_lanes(chain, batch, library, options, lanes, 0)
+    for thread in others:
+        thread.join()
+    seconds = used * (time.perf_counter() - started)
+    looked_at = result.iterations + result.starts
+    np.multiply(looked_at, seconds / max(int(looked_at.sum()), 1), out=result.time_s)
+    return result

@@ -113,7 +113,7 @@ def work(number):
     robot = load_robot("panda")
     joints = robot.sample(4000, collision_free=False)
     poses = robot.forward_kinematics(joints, parallel=True)
-    found = baselines.load("lm", robot, threads=0).solve(poses[:40]).joints
+    found = baselines.load("lm", robot, threads=0).solve(poses[:600]).joints
     return float(poses.sum()), float(found.sum()), bool(robot.in_collision(joints[:20]).any())
 
 if __name__ == "__main__":
