@@ -99,7 +99,8 @@ class Batch(NamedTuple):
     next: NDArray[np.int64]
 
 
-def new_room(threads: int, joints: int, dof: int, remembered: int) -> Room:
+@njit(cache=True)
+def new_room(threads, joints, dof, remembered):  # type: ignore[no-untyped-def]
     """Room for the lanes of so many threads.
 
     Args:

@@ -7,7 +7,8 @@ from numba import njit
 
 from baselines.clock import now_ns
 from baselines.compiled_query import REFUSED, take_initial, take_pose, turn_nearest
-from baselines.lm_kernel import FOUND, first_start_only, refine_row
+from baselines.lm_kernel import FOUND, first_start_only
+from baselines.lm_query import refine_query
 from pipeline.learning.cycleik.experts_kernel import answer_rows
 
 
@@ -23,7 +24,17 @@ def in_domain(experts, pose):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def refined_query(  # type: ignore[no-untyped-def]
-    pose, initial, answer, options, joints, heads, tried, weights, chain, experts, library
+    pose,
+    initial,
+    answer,
+    options,
+    joints,
+    heads,
+    tried,
+    weights,
+    chain,
+    experts,
+    library,
 ):
     """Solve one pose from an initial guess, if there is one, and then from the best hypotheses.
 
@@ -52,9 +63,8 @@ def refined_query(  # type: ignore[no-untyped-def]
         return REFUSED, 0, 0, 0
     if given > 0:
         # A guess that leads to a solution spares the network; of what it cost nothing is kept.
-        outcome = refine_row(
-            chain, targets[0], seeds[:given], library, first_start_only(options), answer
-        )
+        once = first_start_only(options)
+        outcome = refine_query(chain, targets[0], seeds[:given], library, once, answer)
         if outcome[0] == FOUND:
             turn_nearest(initial, joints, answer)
             return outcome
@@ -66,7 +76,7 @@ def refined_query(  # type: ignore[no-untyped-def]
         hypotheses, errors = np.empty((1, heads, dof)), np.empty((1, heads, 2))
         answer_rows(chain, experts, targets, weights, hypotheses, errors)
         seeds[given:] = hypotheses[0, :tried]
-    outcome = refine_row(chain, targets[0], seeds[:used], library, options, answer)
+    outcome = refine_query(chain, targets[0], seeds[:used], library, options, answer)
     turn_nearest(initial, joints, answer)
     status, iterations, starts, _ = outcome
     return status, iterations, starts, now_ns(timespec) - began
