@@ -142,7 +142,7 @@ def test_optik_skips_sliding_joints():
 
 
 class Proposing(AnalyticalSolver):
-    """Proposes what it is told to."""
+    """Proposes what it is given."""
 
     def _candidates(self, target, initial):
         return self.proposals
