@@ -8,7 +8,7 @@ import numpy as np
 from numba import cuda, types
 
 from baselines.damped_step import damped_step
-from baselines.linearise import find_error, set_target
+from baselines.linearise import set_target
 from baselines.lm_cuda_device import LEFT, LIBRARY_SIZE, UNDECIDED, device_functions
 from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS
 
@@ -20,6 +20,7 @@ def block_kernel(joints: int, dof: int) -> Any:
     functions = device_functions(joints, dof)
     load_chain, load_settings = functions.load_chain, functions.load_settings
     load_pose, begin, new_work = functions.load_pose, functions.begin, functions.new_work
+    evaluate = functions.evaluate
     nearest_of_stratum = functions.nearest_of_stratum
 
     @cuda.jit
@@ -74,17 +75,11 @@ def block_kernel(joints: int, dof: int) -> Any:
                 found, moves = False, active
                 squared = 0.0
                 if active:
-                    distance2, angle2 = find_error(chain, s.q, pose, s.at)
-                    squared = distance2 + angle2
-                    found = distance2 <= settings.position2 and angle2 <= settings.rotation2
-                    if squared < least or found:
-                        least = squared
-                        for k in range(dof):
-                            best[k] = s.q[k]
+                    squared, found, least = evaluate(chain, pose, settings, s, best, least)
                     if since == settings.patience and not found:
                         since = 0
                         if squared > 0.5 * reference:
-                            # The new start is looked at in the next round, with all others.
+                            # The new start is evaluated in the next round, with all others.
                             attempt += width
                             active = attempt < most
                             moves = False

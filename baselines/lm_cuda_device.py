@@ -14,7 +14,7 @@ from numba import cuda, types
 from numpy.typing import NDArray
 
 from baselines.clock import pose_key, uniform
-from baselines.linearise import Linearisation
+from baselines.linearise import Linearisation, find_error
 from baselines.lm_kernel import LmOptions, _Scratch
 from baselines.seed_library import FEATURES, ROTATION_SHARE, SeedLibrary
 from robots.chain import Chain
@@ -81,6 +81,7 @@ class DeviceFunctions(NamedTuple):
         load_settings: Reads the `DescentSettings`.
         load_pose: Copies a pose and returns the key of its random numbers.
         begin: Writes a start.
+        evaluate: Finds the error of a configuration and keeps the best one.
         nearest_of_stratum: Searches a thread's share of the seed library.
         new_work: Makes the arrays of one thread.
     """
@@ -89,6 +90,7 @@ class DeviceFunctions(NamedTuple):
     load_settings: Any
     load_pose: Any
     begin: Any
+    evaluate: Any
     nearest_of_stratum: Any
     new_work: Any
 
@@ -171,6 +173,22 @@ def device_functions(joints: int, dof: int) -> DeviceFunctions:
                 q[k] = low + share * (high - low)
 
     @cuda.jit(device=True)
+    def evaluate(chain, pose, settings, s, best, least):  # type: ignore[no-untyped-def]
+        """Find the error of s.q and keep s.q in `best` (dof,) where it is the smallest so far.
+
+        Returns:
+            Squared error, whether it is within the tolerances, and the least squared error.
+        """
+        distance2, angle2 = find_error(chain, s.q, pose, s.at)
+        squared = distance2 + angle2
+        found = distance2 <= settings.position2 and angle2 <= settings.rotation2
+        if squared < least or found:
+            least = squared
+            for k in range(dof):
+                best[k] = s.q[k]
+        return squared, found, least
+
+    @cuda.jit(device=True)
     def nearest_of_stratum(reals, features, count, pose, goal):  # type: ignore[no-untyped-def]
         """Return this thread's nearest remembered pose of every blockDim-th, and its distance."""
         wanted = cuda.local.array(FEATURES, types.float32)
@@ -211,5 +229,5 @@ def device_functions(joints: int, dof: int) -> DeviceFunctions:
         )
 
     return DeviceFunctions(
-        load_chain, load_settings, load_pose, begin, nearest_of_stratum, new_work
+        load_chain, load_settings, load_pose, begin, evaluate, nearest_of_stratum, new_work
     )

@@ -8,7 +8,7 @@ import numpy as np
 from numba import cuda, types
 
 from baselines.damped_step import damped_step
-from baselines.linearise import find_error, set_target
+from baselines.linearise import set_target
 from baselines.lm_cuda_device import LEFT, LIBRARY_SIZE, NEXT, UNDECIDED, device_functions
 from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS
 
@@ -18,6 +18,7 @@ def lane_kernel(joints: int, dof: int) -> Any:
     functions = device_functions(joints, dof)
     load_chain, load_settings = functions.load_chain, functions.load_settings
     load_pose, begin, new_work = functions.load_pose, functions.begin, functions.new_work
+    evaluate = functions.evaluate
 
     @cuda.jit
     def by_lane(  # type: ignore[no-untyped-def]
@@ -62,13 +63,7 @@ def lane_kernel(joints: int, dof: int) -> Any:
                 least, reference = np.inf, np.inf
                 begin(chain, seeds, given, known, near[row], known_tried, row, key, attempt, s.q)
                 fresh = False
-            distance2, angle2 = find_error(chain, s.q, pose, s.at)
-            squared = distance2 + angle2
-            found = distance2 <= settings.position2 and angle2 <= settings.rotation2
-            if squared < least or found:
-                least = squared
-                for k in range(dof):
-                    best[k] = s.q[k]
+            squared, found, least = evaluate(chain, pose, settings, s, best, least)
             status = UNDECIDED
             again = False
             if found:

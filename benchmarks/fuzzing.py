@@ -59,8 +59,8 @@ def main() -> int:
 
 def fuzz_urdfs(count: int, chance: random.Random) -> int:
     """Mutate the project's own URDFs and load them; return how many ended badly."""
-    told = [find_description(name) for name in available_robots()]
-    chains = [(robot.urdf.read_text(), robot.base, robot.tip) for robot in told]
+    descriptions = [find_description(name) for name in available_robots()]
+    chains = [(robot.urdf.read_text(), robot.base, robot.tip) for robot in descriptions]
     fixtures = FOLDER.parent / "tests" / "fixtures"
     chains += [((fixtures / "two_link.urdf").read_text(), "base", "tip")] * 2
     chains += [((fixtures / "mixed.urdf").read_text(), "bench", "tool")] * 3

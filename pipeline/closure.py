@@ -101,7 +101,7 @@ class SourceTree:
 
 @cache
 def source_tree() -> SourceTree:
-    """Return the code that runs here, as it was when it was first asked for."""
+    """Return the code that runs here, as it was when it was first needed."""
     return SourceTree()
 
 

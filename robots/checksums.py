@@ -28,11 +28,11 @@ def sampling_checksum(robot: Robot) -> str:
 
     Pose sets are bound to it.
     """
-    told = robot.description
+    description = robot.description
     facts = (
         chain_checksum(robot),
         robot.urdf_checksum,
-        sorted(told.posture.items()),
-        told.allowed_collisions,
+        sorted(description.posture.items()),
+        description.allowed_collisions,
     )
     return hashlib.sha256(repr(facts).encode()).hexdigest()

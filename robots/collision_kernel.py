@@ -84,7 +84,7 @@ def _turn(frames, owner, rotations, centres, poses, i):  # type: ignore[no-untyp
 
 @njit(cache=True, nogil=True)
 def query(tree, shapes, joints, verdicts, details):  # type: ignore[no-untyped-def]
-    """Whether configurations are in collision, as far as it can be told here.
+    """Whether configurations are in collision, as far as it can be decided here.
 
     Args:
         tree: The `BodyTree`.

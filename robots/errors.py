@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class RobotError(ValueError):
-    """Anything wrong with a robot: its description, its URDF or what it was asked."""
+    """Anything wrong with a robot: its description, its URDF or a request to it."""
 
 
 class UrdfError(RobotError):

@@ -124,7 +124,7 @@ def nearest_turns(
     Args:
         joints: (N, dof) rad or m.
         near: (dof,) or (N, dof) reference, rad or m; rows with a number beyond `FARTHEST` count
-            as the middle of the limits, where full turns are still told apart.
+            as the middle of the limits, where full turns still differ.
         endless: (dof,) which joints turn for ever.
         lower: (dof,) limits, rad or m.
         upper: (dof,) limits, rad or m.

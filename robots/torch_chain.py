@@ -18,7 +18,7 @@ def build_torch_chain(robot: Robot, dtype: torch.dtype, device: str) -> Any:
     It is built from the chain's own arrays, one link per joint, so that frozen joints and
     the rest of the body cost nothing in training; its links have names of their own
     (`robots.serial_urdf`). The library reads constants in float32
-    whatever dtype is asked for, so that poses are within 1e-7 m of ours even in float64.
+    whatever dtype is requested, so that poses are within 1e-7 m of ours even in float64.
 
     Args:
         robot: The robot.

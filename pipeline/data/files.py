@@ -98,7 +98,7 @@ def read_json(path: Path) -> Document:
     """Read a JSON file that holds an object.
 
     Raises:
-        FileError: The file is no JSON or holds no object, or later: a key is asked for that it
+        FileError: The file is no JSON or holds no object, or later: a key is requested that it
             lacks.
     """
     try:

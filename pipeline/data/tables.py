@@ -51,7 +51,7 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pd.DataFrame
         columns: Columns that the caller needs; all where left out.
 
     Returns:
-        The rows, with ``columns`` in the order asked for.
+        The rows, with ``columns`` in the requested order.
 
     Raises:
         TableError: There is no such file, it is cut off or was edited, or a column is missing.

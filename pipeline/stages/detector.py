@@ -1,4 +1,4 @@
-"""Stage detector: render, train and judge the embedded detector of a robot's things."""
+"""Stage detector: render, train and evaluate the embedded detector of a robot's objects."""
 
 from __future__ import annotations
 

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from pipeline.settings import Config
 
 Runner = Series | AgentSeries | Study
-Unit = Any  # number of a trial, number of a row of things, or variant and number
+Unit = Any  # number of a trial, number of a row of objects, or variant and number
 _loaded: dict[str, Runner] = {}  # what this worker ran last: loading takes longer than a trial
 
 
 def load_runner(config: Config) -> Runner:
-    """Load robot, solvers and, where asked for, eyes and agent of a run's trials or of its study.
+    """Load robot and solvers, with perception and agent where requested, of trials or of a study.
 
     Args:
         config: Of the run; its scene and solvers are checked already.

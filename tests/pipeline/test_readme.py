@@ -53,13 +53,13 @@ def test_a_command_of_the_pipeline_is_one_and_its_keys_compose(
 def test_a_command_of_make_or_dvc_is_one(words: list[str]) -> None:
     tool = shutil.which(words[0]) or str(Path(sys.executable).with_name(words[0]))
     if words[0] == "make":
-        told = subprocess.run([tool, "-n", *words[1:]], cwd=README.parent, capture_output=True)
-        assert told.returncode == 0, told.stderr
+        done = subprocess.run([tool, "-n", *words[1:]], cwd=README.parent, capture_output=True)
+        assert done.returncode == 0, done.stderr
         return
     options = [item for item in words[1:] if not item.startswith("-")]
     subcommands = options[: 2 if options[0] in ("exp", "metrics", "plots") else 1]
-    told = subprocess.run([tool, *subcommands, "--help"], capture_output=True)
-    assert told.returncode == 0, told.stderr
+    done = subprocess.run([tool, *subcommands, "--help"], capture_output=True)
+    assert done.returncode == 0, done.stderr
     for edit in (item for item in options if ".yaml:" in item):
         assert (CONF_DIR.parent / edit.partition(":")[0]).exists(), edit
 

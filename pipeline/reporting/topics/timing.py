@@ -92,7 +92,7 @@ def _points(axis: Axes, lines: pd.DataFrame, look: Look, label: str) -> None:
     sizes = [f"{size:g}" for size in ordered.batch_size]
     if len(sizes) > 1 and times.max() < NEAR * times.min():  # one label where two would overlap
         _label(axis, float(times[-1]), error, f"{sizes[0]}-{sizes[-1]}")
-    elif len(sizes) > 1:  # large batches cost about the same a pose: only the ends are told
+    elif len(sizes) > 1:  # large batches cost about the same a pose: only the ends are labelled
         for place in (0, -1):
             _label(axis, float(times[place]), error, sizes[place])
 

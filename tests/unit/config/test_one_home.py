@@ -191,7 +191,7 @@ def test_what_is_set_for_another_group_is_said(owner: str) -> None:
 def test_every_key_has_a_comment() -> None:
     """Nested ones too: meaning and unit stand beside the value, or beside the mapping of names."""
     named = {*names_of_data(Config)}
-    told = {
+    documented = {
         place
         for run in runs()
         for source in files_of(*run)
@@ -207,7 +207,7 @@ def test_every_key_has_a_comment() -> None:
         for key, text in found.items():
             above = [key.rsplit(".", count)[0] for count in range(1, key.count(".") + 1)]
             known = is_owner(source) and (
-                key in CONF_GROUPS or any(prefix + name in told for name in (key, *above))
+                key in CONF_GROUPS or any(prefix + name in documented for name in (key, *above))
             )
             data = any(prefix + name in named and found[name] for name in above)
             if not (text or known or data or key.split(".")[0] in STRUCTURE):

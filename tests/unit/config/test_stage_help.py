@@ -31,8 +31,8 @@ def test_each_value_has_the_comment_of_its_file() -> None:
     assert "# Adam, at the first step" in rate
     (epochs,) = (line for line in lines if line.startswith("  epochs: 32"))
     assert "# passes over the training set" in epochs
-    told = comments(())
-    assert not [key for key in values()["train"] if f"train.{key}" not in told]
+    documented = comments(())
+    assert not [key for key in values()["train"] if f"train.{key}" not in documented]
 
 
 def test_solvers_are_those_of_the_run() -> None:

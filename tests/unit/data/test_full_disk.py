@@ -71,9 +71,9 @@ def test_an_error_about_another_file_keeps_its_name(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError) as caught, replacing(tmp_path / "a.json"):
         other.read_text()
     assert caught.value.filename == str(other)
-    with pytest.raises(OSError, match="decoder") as told, naming(tmp_path / "a.mp4"):
+    with pytest.raises(OSError, match="decoder") as raised, naming(tmp_path / "a.mp4"):
         raise OSError("no decoder")
-    assert told.value.errno is None
+    assert raised.value.errno is None
     with pytest.raises(PermissionError) as refused, naming(tmp_path / "a.mp4"):
         raise OSError(errno.EACCES, "refused")
     assert refused.value.filename == str(tmp_path / "a.mp4")

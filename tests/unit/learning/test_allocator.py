@@ -1,4 +1,4 @@
-"""Pages of large tensors: asked of the kernel once, not at every step, and huge where it can."""
+"""Pages of large tensors: requested once, not at every step, and huge where it can be."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a batch is asked: networks by the way through their hypotheses, others by seeds."""
+"""How a batch is solved: networks by a path through their hypotheses, others by seeds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Another curve where the joints cannot follow the one that was asked for."""
+"""Another curve where the joints cannot follow the requested one."""
 
 from __future__ import annotations
 

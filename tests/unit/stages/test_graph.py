@@ -1,4 +1,4 @@
-"""One graph: dvc.yaml is generated from it, and `all` runs the same things."""
+"""One graph: dvc.yaml is generated from it, and `all` runs the same stages."""
 
 from __future__ import annotations
 
