@@ -56,7 +56,7 @@ def _take(typing, counter):  # type: ignore[no-untyped-def]
     return types.int64(counter), emit
 
 
-@njit(cache=True, _nrt=False, forceinline=True)
+@njit(cache=True, _nrt=False, inline="always")
 def begin(chain, batch, library, options, w, lane):  # type: ignore[no-untyped-def]
     """Give an idle lane the next start that is worth its time; return whether there was one.
 
@@ -136,7 +136,7 @@ def _descend(w, lane, limit):  # type: ignore[no-untyped-def]
     state[ENDED, lane] = GOES_ON
 
 
-@njit(cache=True, _nrt=False, forceinline=True)
+@njit(cache=True, _nrt=False, inline="always")
 def settle(batch, options, w, lane, ended):  # type: ignore[no-untyped-def]
     """Draw the consequences of the end of a lane's descent.
 
