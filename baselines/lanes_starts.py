@@ -56,7 +56,7 @@ def _take(typing, counter):  # type: ignore[no-untyped-def]
     return types.int64(counter), emit
 
 
-@njit(cache=True, _nrt=False, forceinline=True)
+@njit(cache=True, _nrt=False, inline="always")
 def begin(chain, batch, library, options, w, lane):  # type: ignore[no-untyped-def]
     """Give an idle lane the next start that is worth its time; return whether there was one.
 
@@ -71,11 +71,11 @@ def begin(chain, batch, library, options, w, lane):  # type: ignore[no-untyped-d
     state = w.state
     home = lane
     if state[ROW, lane] < 0.0:
-        home = _open(batch, options, w, lane)
+        home = _open(batch, options.starts, state, lane)
     elif state[NEXT, lane] >= state[CAP, lane]:
         home = -1
     if home < 0:
-        home = _to_help(w)
+        home = _to_help(state)
     if home < 0:
         return False
     row, attempt = int(state[ROW, home]), int(state[NEXT, home])
@@ -96,24 +96,22 @@ def begin(chain, batch, library, options, w, lane):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True, _nrt=False)
-def _open(batch, options, w, lane):  # type: ignore[no-untyped-def]
+def _open(batch, starts, state, lane):  # type: ignore[no-untyped-def]
     """Take a pose from the queue; return the lane as its home, or -1 where there is none."""
     row = _take(batch.next)
     if row >= batch.poses.shape[0]:
         return -1
-    state = w.state
-    state[ROW, lane], state[NEXT, lane], state[CAP, lane] = row, 0.0, options.starts
+    state[ROW, lane], state[NEXT, lane], state[CAP, lane] = row, 0.0, starts
     state[GIVEN_UP, lane], state[USED, lane], state[POSE_LEAST, lane] = 0.0, 0.0, np.inf
     return lane
 
 
 @njit(cache=True, _nrt=False)
-def _to_help(w):  # type: ignore[no-untyped-def]
+def _to_help(state):  # type: ignore[no-untyped-def]
     """Return the home of the pose that fewest lanes work at, -1 if none has starts left.
 
     A pose whose first start has not been given up is likely to need no other one.
     """
-    state = w.state
     home, fewest = -1, np.inf
     for k in range(LANES):
         ahead = state[NEXT, k] - state[GIVEN_UP, k]
@@ -138,7 +136,7 @@ def _descend(w, lane, limit):  # type: ignore[no-untyped-def]
     state[ENDED, lane] = GOES_ON
 
 
-@njit(cache=True, _nrt=False, forceinline=True)
+@njit(cache=True, _nrt=False, inline="always")
 def settle(batch, options, w, lane, ended):  # type: ignore[no-untyped-def]
     """Draw the consequences of the end of a lane's descent.
 
@@ -161,7 +159,7 @@ def settle(batch, options, w, lane, ended):  # type: ignore[no-untyped-def]
     if state[ATTEMPT, lane] != state[GIVEN_UP, home]:
         if ended == FOUND:
             state[CAP, home] = min(state[CAP, home], state[ATTEMPT, lane] + 1.0)
-            idle |= _dismiss(w, home, state[ATTEMPT, lane])
+            idle |= _dismiss(state, home, state[ATTEMPT, lane])
         return idle
     while True:
         left = options.iterations - state[USED, home]
@@ -170,22 +168,19 @@ def settle(batch, options, w, lane, ended):  # type: ignore[no-untyped-def]
             _descend(w, lane, left)  # it went on beyond the limit, or thought it nearer: once more
             return idle
         state[USED, home] += used
-        if ended == FOUND:
-            _finish(batch, w, home, FOUND, w.best[:, lane])
-            return idle | _close(w, home)
-        if state[LEAST, lane] < state[POSE_LEAST, home]:
+        if ended == FOUND or state[LEAST, lane] < state[POSE_LEAST, home]:
             state[POSE_LEAST, home] = state[LEAST, lane]
             for k in range(w.best.shape[0]):
                 w.pose_best[k, home] = w.best[k, lane]
-        if used == left:
-            _finish(batch, w, home, OUT_OF_ITERATIONS, w.pose_best[:, home])
-            return idle | _close(w, home)
-        if state[GIVEN_UP, home] + 1.0 >= options.starts:
-            _finish(batch, w, home, OUT_OF_STARTS, w.pose_best[:, home])
-            return idle | _close(w, home)
+        if ended == STALLED:
+            last = state[GIVEN_UP, home] + 1.0 >= options.starts
+            ended = OUT_OF_ITERATIONS if used == left else (OUT_OF_STARTS if last else GOES_ON)
+        if ended != GOES_ON:
+            _finish(batch, w, home, ended)
+            return idle | _close(state, home)
         state[GIVEN_UP, home] += 1.0
         idle |= 1 << lane
-        lane = _leading(w, home)
+        lane = _leading(state, home)
         if lane < 0:
             return idle
         if state[ENDED, lane] == GOES_ON:
@@ -194,9 +189,8 @@ def settle(batch, options, w, lane, ended):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, _nrt=False)
-def _leading(w, home):  # type: ignore[no-untyped-def]
+def _leading(state, home):  # type: ignore[no-untyped-def]
     """Return the lane with the first start of a pose that is not given up, -1 if none has it."""
-    state = w.state
     if state[NEXT, home] > state[GIVEN_UP, home]:
         for lane in range(LANES):
             if state[HOME, lane] == home and state[ATTEMPT, lane] == state[GIVEN_UP, home]:
@@ -205,9 +199,9 @@ def _leading(w, home):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, _nrt=False)
-def _dismiss(w, home, attempt):  # type: ignore[no-untyped-def]
+def _dismiss(state, home, attempt):  # type: ignore[no-untyped-def]
     """Make lanes idle that descend from later starts of a pose than this; return their bits."""
-    state, idle = w.state, 0
+    idle = 0
     for lane in range(LANES):
         if state[HOME, lane] == home and state[ATTEMPT, lane] > attempt:
             state[HOME, lane], state[ACTIVE, lane] = -1.0, 0.0
@@ -216,18 +210,18 @@ def _dismiss(w, home, attempt):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, _nrt=False)
-def _close(w, home):  # type: ignore[no-untyped-def]
+def _close(state, home):  # type: ignore[no-untyped-def]
     """Forget a pose that is decided; return bits of the lanes that worked at it."""
-    w.state[ROW, home] = -1.0
-    return _dismiss(w, home, -1.0)
+    state[ROW, home] = -1.0
+    return _dismiss(state, home, -1.0)
 
 
 @njit(cache=True, _nrt=False)
-def _finish(batch, w, home, status, joints):  # type: ignore[no-untyped-def]
-    """Write down how a pose ended, with its best joints (dof,)."""
+def _finish(batch, w, home, status):  # type: ignore[no-untyped-def]
+    """Write down how a pose ended."""
     row = int(w.state[ROW, home])
     batch.status[row] = status
     batch.starts[row] = int(w.state[GIVEN_UP, home]) + 1
     batch.iterations[row] = int(w.state[USED, home])
-    for k in range(joints.shape[0]):
-        batch.joints[row, k] = joints[k]
+    for k in range(w.pose_best.shape[0]):
+        batch.joints[row, k] = w.pose_best[k, home]
