@@ -15,8 +15,8 @@ import numpy as np
 from numba import cuda, types
 
 from pipeline.learning.cycleik.experts import Experts
-from pipeline.learning.cycleik.experts_kernel import compiled_experts, find_features
-from pipeline.learning.cycleik.layers_kernel import GELU_CUBE, GELU_SLOPE, _tanh
+from pipeline.learning.cycleik.compiled.answers import compiled_experts, find_features
+from pipeline.learning.cycleik.compiled.activations import GELU_CUBE, GELU_SLOPE, _tanh
 
 THREADS = 128
 WIDEST, MOST_EXPERTS = 512, 1024  # neurons of a layer and cells that fit into shared memory
