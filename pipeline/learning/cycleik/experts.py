@@ -124,3 +124,9 @@ class Experts(IkNetwork):
             bias = bias - (self.mean.double().cpu()[:, None] @ weight)[:, 0]
         layers[0] = (weight, bias)
         return [(weight.numpy(), bias.numpy()) for weight, bias in layers]
+
+
+def host(tensor: Tensor) -> np.ndarray:
+    """Return a copy of a tensor as an array of float64."""
+    array: np.ndarray = tensor.detach().cpu().double().numpy()
+    return array

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.learning.cycleik import METHOD
-from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.cycleik.compiled.answers import (
     CompiledExperts,
     answer_on_threads,
     answer_rows,
     compiled_experts,
 )
+from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
 from robots.threads import forked

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pipeline.learning.cycleik.config import CycleIkModel
 from pipeline.learning.cycleik.experts import Experts
-from pipeline.learning.cycleik.experts_kernel import (
+from pipeline.learning.cycleik.compiled.answers import (
     answer_rows,
     answer_rows_parallel,
     compiled_experts,

@@ -17,8 +17,7 @@ _P0, _P1, _P2, _P3, _P4 = (
     for number in (1.0, 0.133810134, 0.00349557356, 2.06088445e-05, 1.3354341e-08)
 )
 _Q0, _Q1, _Q2, _Q3, _Q4 = (
-    np.float32(number)
-    for number in (1.0, 0.46714329, 0.0258769268, 0.000328561103, 7.77642494e-07)
+    np.float32(number) for number in (1.0, 0.46714329, 0.0258769268, 0.000328561103, 7.77642494e-07)
 )
 
 
@@ -32,7 +31,7 @@ def tanh_rational(x):  # type: ignore[no-untyped-def]
     return x * above / below
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@njit(cache=True, _nrt=False, error_model="numpy", fastmath={"contract"})
 def gelu_values(values, begin, end):  # type: ignore[no-untyped-def]
     """GELU, by its tanh, of values[begin:end], in place."""
     half, one = np.float32(0.5), np.float32(1)
@@ -43,7 +42,7 @@ def gelu_values(values, begin, end):  # type: ignore[no-untyped-def]
         line[k] = half * x * (one + tanh_rational(slope * (x + cube * x * x * x)))
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@njit(cache=True, _nrt=False, error_model="numpy", fastmath={"contract"})
 def tanh_values(values, begin, end):  # type: ignore[no-untyped-def]
     """Hyperbolic tangent of values[begin:end], in place."""
     line = values[begin:end]

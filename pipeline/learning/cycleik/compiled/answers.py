@@ -15,14 +15,19 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import torch
 from numba import njit
 from numpy.typing import NDArray
 
-from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.cycleik.compiled.activations import gelu_values, tanh_values
 from pipeline.learning.cycleik.compiled.products import VECTOR, linear, pack_layer
-from pipeline.learning.cycleik.compiled.ranking import rank_outputs
+from pipeline.learning.cycleik.compiled.ranking import (
+    ERRORS,
+    FRAME,
+    LANES,
+    measure_outputs,
+    rank_lanes,
+)
+from pipeline.learning.cycleik.experts import Experts, host
 from pipeline.learning.networks import MATRIX_POSE_SIZE
 from robots.chain import Chain
 
@@ -58,6 +63,30 @@ class CompiledExperts(NamedTuple):
     scaling: Array
 
 
+class Work(NamedTuple):
+    """Arrays that a call works in.
+
+    Attributes:
+        values: float32, inputs and outputs of a layer for a chunk of poses.
+        order: (2, N) cell of each pose, and rows in the order of their cells.
+        starts: (E + 1,) where in that order a cell begins.
+        features: (12,) of a pose.
+        joints: Hypotheses of a chunk of poses in lanes [rad or m].
+        errors: Their errors.
+        goals: Targets of a block of lanes.
+        frames: Tips of a block of lanes.
+    """
+
+    values: Array32
+    order: NDArray[np.int64]
+    starts: NDArray[np.int64]
+    features: Array
+    joints: Array
+    errors: Array
+    goals: Array
+    frames: Array
+
+
 def compiled_experts(network: Experts) -> CompiledExperts:
     """Return the arrays of a network, with the scaling of its inputs folded into the weights."""
     blocks, sizes = [], [MATRIX_POSE_SIZE]
@@ -67,24 +96,20 @@ def compiled_experts(network: Experts) -> CompiledExperts:
         blocks.append(pack_layer(padded, np.pad(bias, ((0, 0), (0, more)))))
         sizes.append(padded.shape[2])
     return CompiledExperts(
-        np.stack([_numpy(network.position_centre), _numpy(network.position_scale)]).astype("f4"),
+        np.stack([host(network.position_centre), host(network.position_scale)]).astype("f4"),
         _gate(network),
-        _numpy(network.mean),
+        host(network.mean),
         np.array(sizes, dtype=np.int64),
         max(sizes),
         _aligned(np.concatenate(blocks, axis=1).ravel()),
-        np.stack([_numpy(network.joint_centre), _numpy(network.joint_scale)]),
+        np.stack([host(network.joint_centre), host(network.joint_scale)]),
     )
-
-
-def _numpy(tensor: torch.Tensor) -> Array:
-    return tensor.detach().cpu().double().numpy()
 
 
 def _gate(network: Experts) -> Array32:
     """Half the squared distance of features to each centre, without what all cells share."""
-    centres = _numpy(network.centres)
-    weight = -(centres * _numpy(network.metric)).T
+    centres = host(network.centres)
+    weight = -(centres * host(network.metric)).T
     half_squares = (centres**2).sum(axis=1) / 2
     more = -len(centres) % VECTOR
     far = np.pad(half_squares, (0, more), constant_values=np.finfo(np.float32).max)
@@ -101,7 +126,7 @@ def _aligned(array: Array32) -> Array32:
     return copy
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def find_features(box, poses, row, features, begin):  # type: ignore[no-untyped-def]
     """Write what the experts see of a pose, the scaled position and the rotation matrix.
 
@@ -137,18 +162,102 @@ def _nearest(distances, begin, count):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _sorted_rows(cells, count):  # type: ignore[no-untyped-def]
-    """Return the rows in the order of their cells, of which there are `count`."""
-    starts = np.zeros(count + 1, dtype=np.int64)
-    for row in range(cells.shape[0]):
-        starts[cells[row] + 1] += 1
-    for cell in range(count):
+def _sort_rows(order, starts):  # type: ignore[no-untyped-def]
+    """Write into order[1] the rows in the order of their cells, which order[0] holds."""
+    cells = starts.shape[0] - 1
+    for cell in range(cells + 1):
+        starts[cell] = 0
+    for row in range(order.shape[1]):
+        starts[order[0, row] + 1] += 1
+    for cell in range(cells):
         starts[cell + 1] += starts[cell]
-    rows = np.empty(cells.shape[0], dtype=np.int64)
-    for row in range(cells.shape[0]):
-        rows[starts[cells[row]]] = row
-        starts[cells[row]] += 1
-    return rows
+    for row in range(order.shape[1]):
+        cell = order[0, row]
+        order[1, starts[cell]] = row
+        starts[cell] += 1
+
+
+@njit(cache=True, _nrt=False)
+def _find_cells(experts, poses, work):  # type: ignore[no-untyped-def]
+    """Sort poses (N, 7) by their cells, into work.order."""
+    box, gate, values, order = experts.box, experts.gate, work.values, work.order
+    depth, (count, place) = experts.means.shape[1], (poses.shape[0], values.shape[0] // 2)
+    width = gate.shape[0] // (depth + 1)
+    for begin in range(0, count, CHUNK):
+        some = min(CHUNK, count - begin)
+        for i in range(some):
+            find_features(box, poses, begin + i, values, i * depth)
+        linear(values, np.int64(0), some, depth, gate, np.int64(0), width, place)
+        for i in range(some):
+            order[0, begin + i] = _nearest(values, place + i * width, width)
+    _sort_rows(order, work.starts)
+
+
+@njit(cache=True, inline="always")
+def _run_layers(experts, cell, poses, begin, end, work):  # type: ignore[no-untyped-def]
+    """Take sorted rows of poses through the expert of a cell; returns where the outputs begin."""
+    box, means, sizes, layers = experts.box, experts.means, experts.sizes, experts.layers
+    values, order, features, half = (
+        work.values,
+        work.order,
+        work.features,
+        work.values.shape[0] // 2,
+    )
+    depth, last = means.shape[1], sizes.shape[0] - 2
+    for i in range(end - begin):
+        find_features(box, poses, order[1, begin + i], features, np.int64(0))
+        for k in range(depth):
+            values[i * depth + k] = features[k] - means[cell, k]
+    source, place = cell * (layers.shape[0] // means.shape[0]), np.int64(0)
+    for layer in range(last + 1):
+        n, m = sizes[layer], sizes[layer + 1]
+        # Inputs and outputs take turns in the two halves.
+        linear(values, place, end - begin, n, layers, source, m, half - place)
+        source, place = source + (n + 1) * m, half - place
+        if layer < last:
+            gelu_values(values, place, place + (end - begin) * m)
+        else:
+            tanh_values(values, place, place + (end - begin) * m)
+    return place
+
+
+@njit(cache=True, _nrt=False)
+def answer(chain, experts, poses, weights, joints, errors, work):  # type: ignore[no-untyped-def]
+    """Answer poses, see `answer_rows`, in arrays of the caller: `make_work(experts, N, K)`."""
+    _find_cells(experts, poses, work)
+    order, sizes = work.order, experts.sizes
+    count, heads, width = poses.shape[0], joints.shape[1], sizes[sizes.shape[0] - 1]
+    begin = np.int64(0)
+    while begin < count:
+        cell, end = order[0, order[1, begin]], begin + 1
+        while end < min(begin + CHUNK, count) and order[0, order[1, end]] == cell:
+            end += 1
+        place = _run_layers(experts, cell, poses, begin, end, work)
+        measure_outputs(
+            chain, experts.scaling, poses, order, begin, end, heads,
+            work.values, place, width, weights, work,
+        )  # fmt: skip
+        rank_lanes(order, begin, end, work, joints, errors)
+        begin = end
+
+
+@njit(cache=True)
+def make_work(experts, count, heads):  # type: ignore[no-untyped-def]
+    """Return `Work` for so many poses and so many hypotheses of each."""
+    cells, depth = experts.means.shape
+    widest, most = max(experts.gate.shape[0] // (depth + 1), experts.widest), min(CHUNK, count)
+    lanes = (most * heads + LANES - 1) // LANES * LANES
+    return Work(
+        np.empty(2 * most * widest, dtype=np.float32),
+        np.empty((2, count), dtype=np.int64),
+        np.empty(cells + 1, dtype=np.int64),
+        np.empty(depth),
+        # What nobody has written is computed too.
+        np.zeros(experts.scaling.shape[1] * lanes),
+        np.empty(ERRORS * lanes),
+        np.zeros(FRAME * LANES),
+        np.empty(FRAME * LANES),
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -163,48 +272,8 @@ def answer_rows(chain, experts, poses, weights, joints, errors):  # type: ignore
         joints: (N, K, dof) receives the hypotheses, best first [rad or m].
         errors: (N, K, 2) receives distance [m] and angle [rad].
     """
-    box, gate, means, sizes = experts.box, experts.gate, experts.means, experts.sizes
-    layers, scaling = experts.layers, experts.scaling
-    count, (experts_count, depth) = poses.shape[0], means.shape
-    width, last = gate.shape[0] // (depth + 1), sizes.shape[0] - 2
-    # Inputs and outputs of a layer take turns in the two halves.
-    half = min(CHUNK, count) * max(width, experts.widest)
-    values = np.empty(2 * half, dtype=np.float32)
-    cells = np.empty(count, dtype=np.int64)
-    for begin in range(0, count, CHUNK):
-        some = min(CHUNK, count - begin)
-        for i in range(some):
-            find_features(box, poses, begin + i, values, i * depth)
-        linear(values, np.int64(0), some, depth, gate, np.int64(0), width, half)
-        for i in range(some):
-            cells[begin + i] = _nearest(values, half + i * width, width)
-    rows = _sorted_rows(cells, experts_count)
-    features = np.empty(depth)
-    begin = 0
-    while begin < count:
-        cell, end = cells[rows[begin]], begin + 1
-        while end < min(begin + CHUNK, count) and cells[rows[end]] == cell:
-            end += 1
-        some = end - begin
-        for i in range(some):
-            find_features(box, poses, rows[begin + i], features, np.int64(0))
-            for k in range(depth):
-                values[i * depth + k] = features[k] - means[cell, k]
-        source, place = cell * (layers.shape[0] // experts_count), np.int64(0)
-        for layer in range(last + 1):
-            n, m = sizes[layer], sizes[layer + 1]
-            linear(values, place, some, n, layers, source, m, half - place)
-            source += (n + 1) * m
-            place = half - place
-            if layer < last:
-                gelu_values(values, place, place + some * m)
-            else:
-                tanh_values(values, place, place + some * m)
-        rank_outputs(
-            chain, scaling, poses, rows, begin, end, values, place, sizes[last + 1],
-            weights, joints, errors,
-        )  # fmt: skip
-        begin = end
+    work = make_work(experts, poses.shape[0], joints.shape[1])
+    answer(chain, experts, poses, weights, joints, errors, work)
 
 
 def answer_on_threads(

@@ -1,4 +1,4 @@
-"""Products of matrices for small perceptrons in compiled code, float32, at the rate of the processor.
+"""Products of matrices for small perceptrons in compiled code, float32, at the processor's rate.
 
 One tile is a few rows by a few vectors of outputs, whose sums stay in registers while it runs over
 all inputs; a weight is read once for all rows of a tile. The tile is written as vector instructions
@@ -49,9 +49,7 @@ def panels(width: int) -> list[int]:
     return cut
 
 
-def pack_layer(
-    weight: NDArray[np.float64], bias: NDArray[np.float64]
-) -> NDArray[np.float32]:
+def pack_layer(weight: NDArray[np.float64], bias: NDArray[np.float64]) -> NDArray[np.float32]:
     """Pack layers for `linear`: panel by panel, of each the biases and then the rows of weights.
 
     Args:
@@ -162,9 +160,7 @@ def _tile(  # type: ignore[no-untyped-def]
 
         # An array and its offset are followed by one length each, but for the inputs' lengths.
         values, depth, packed, width = pointer(2), arguments[4], pointer(5), arguments[7]
-        _TileBuilder(builder, *size).write(
-            values, depth, packed, width, pointer(8), arguments[10]
-        )
+        _TileBuilder(builder, *size).write(values, depth, packed, width, pointer(8), arguments[10])
         return context.get_dummy_value()
 
     codegen_of: Callable[..., Any] = write
@@ -190,7 +186,7 @@ def _panel(values, start, rows, depth, packed, begin, columns, place, step, most
         row += 1
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def linear(values, start, rows, depth, packed, begin, width, place):  # type: ignore[no-untyped-def]
     """Rows through a linear layer: outputs = inputs weight + bias.
 
@@ -211,18 +207,12 @@ def linear(values, start, rows, depth, packed, begin, width, place):  # type: ig
     while column < width:
         if width - column >= 64:
             columns = 64
-            _panel(
-                values, start, rows, depth, packed, begin, 64, place + column, width, WIDE, 4
-            )
+            _panel(values, start, rows, depth, packed, begin, 64, place + column, width, WIDE, 4)
         elif width - column >= 32:
             columns = 32
-            _panel(
-                values, start, rows, depth, packed, begin, 32, place + column, width, MIDDLE, 2
-            )
+            _panel(values, start, rows, depth, packed, begin, 32, place + column, width, MIDDLE, 2)
         else:
             columns = 16
-            _panel(
-                values, start, rows, depth, packed, begin, 16, place + column, width, NARROW, 1
-            )
+            _panel(values, start, rows, depth, packed, begin, 16, place + column, width, NARROW, 1)
         column += columns
         begin += (depth + 1) * columns

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
 from robots.frames import slid, turned
 from robots.trigonometry import sine_cosine
 
-LANES = 16
+LANES = 16  # loops over eight would be unrolled before they can become vectors
 FRAME = 12  # numbers of a frame, rotation row by row and then the origin
 ERRORS = 3  # numbers that an error has: distance, angle, and what is compared
 # arcsin(x) = x + x³ A(x²) on [0, 1/2]: A interpolated at the nodes of Chebyshev, to 3e-13.
@@ -82,7 +81,7 @@ def _keep_frame(frames, lane, frame):  # type: ignore[no-untyped-def]
         frames[i * LANES + lane] = frame[i]
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@njit(cache=True, _nrt=False, error_model="numpy", fastmath={"contract"})
 def tips_of_lanes(chain, joints, begin, frames):  # type: ignore[no-untyped-def]
     """Frames of the tip for a block of lanes.
 
@@ -113,7 +112,7 @@ def tips_of_lanes(chain, joints, begin, frames):  # type: ignore[no-untyped-def]
                 _keep_frame(frames, lane, _composed(frame, constant))
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@njit(cache=True, _nrt=False, error_model="numpy", fastmath={"contract"})
 def errors_of_lanes(frames, goals, weights, errors, begin):  # type: ignore[no-untyped-def]
     """Distance [m], angle [rad] and weighted sum of both between frames and goals.
 
@@ -152,65 +151,79 @@ def _goal(poses, row):  # type: ignore[no-untyped-def]
     )  # fmt: skip
 
 
-@njit(cache=True)
-def rank_outputs(chain, scaling, poses, rows, begin, end, outputs, place, width, weights, joints, errors):  # type: ignore[no-untyped-def]
-    """Unpack the hypotheses of some rows and sort them by error, best first.
+@njit(cache=True, inline="always")
+def _place(lane, numbers):  # type: ignore[no-untyped-def]
+    """Where the first number of a lane is kept, of so many for each lane of a block."""
+    return lane // LANES * (numbers * LANES) + lane % LANES
+
+
+@njit(cache=True, _nrt=False)
+def measure_outputs(  # type: ignore[no-untyped-def]
+    chain, scaling, poses, order, begin, end, heads, outputs, place, width, weights, work
+):
+    """Unpack hypotheses into lanes, head after head of one row after the other, and measure them.
 
     Args:
         chain: The robot's `Chain`.
         scaling: (2, dof) middle of the limits and half their distance [rad or m].
         poses: (N, 7) targets.
-        rows: Rows of poses.
+        order: (2, N), whose second line holds rows of poses.
         begin: Of these, the first that the hypotheses are for.
         end: And the one after the last.
-        outputs: Hypotheses in [-1, 1], flat, head after head.
+        heads: Hypotheses K of each.
+        outputs: Flat, holds the hypotheses in [-1, 1], head after head.
         place: Where they begin in it.
         width: Numbers from row to row in it.
         weights: (2,) of an error in m and in rad when hypotheses are compared.
+        work: Has `joints` and `errors`, which receive them, `goals` and `frames`.
+    """
+    lower, upper, dof = chain.lower, chain.upper, scaling.shape[1]
+    joints, goals = work.joints, work.goals
+    i = head = 0
+    goal = _goal(poses, order[1, begin])
+    count = (end - begin) * heads
+    for first in range(0, count, LANES):
+        for lane in range(min(LANES, count - first)):
+            _keep_frame(goals, lane, goal)
+            source, target = place + i * width + head * dof, first * dof + lane
+            for k in range(dof):
+                value = scaling[0, k] + scaling[1, k] * outputs[source + k]
+                joints[target + k * LANES] = min(max(value, lower[k]), upper[k])
+            head += 1
+            if head == heads and i + 1 < end - begin:
+                i, head = i + 1, 0
+                goal = _goal(poses, order[1, begin + i])
+        tips_of_lanes(chain, joints, first * dof, work.frames)
+        errors_of_lanes(work.frames, goals, weights, work.errors, first * ERRORS)
+
+
+@njit(cache=True, _nrt=False)
+def rank_lanes(order, begin, end, work, joints, errors):  # type: ignore[no-untyped-def]
+    """Write hypotheses that `measure_outputs` has measured, those of a row best first.
+
+    Args:
+        order: (2, N), whose second line holds rows.
+        begin: Of these, the first that the hypotheses are for.
+        end: And the one after the last.
+        work: Has `joints` and `errors`.
         joints: (N, K, dof) receives the hypotheses [rad or m]; of equal ones the first comes first.
         errors: (N, K, 2) receives distance [m] and angle [rad].
     """
     heads, dof = joints.shape[1], joints.shape[2]
-    lower, upper = chain.lower, chain.upper
-    count = (end - begin) * heads
-    blocks = (count + LANES - 1) // LANES
-    values = np.empty(blocks * dof * LANES)
-    measured = np.empty(blocks * ERRORS * LANES)
-    goals, frames = np.empty(FRAME * LANES), np.empty(FRAME * LANES)
-    i = head = 0
-    goal = _goal(poses, rows[begin])
-    for block in range(blocks):
-        for lane in range(LANES):
-            _keep_frame(goals, lane, goal)
-            source, target = place + i * width + head * dof, block * dof * LANES + lane
-            for k in range(dof):
-                value = scaling[0, k] + scaling[1, k] * outputs[source + k]
-                values[target + k * LANES] = min(max(value, lower[k]), upper[k])
-            # Lanes that are left over repeat the last hypothesis.
-            if head < heads - 1:
-                head += 1
-            elif i < end - begin - 1:
-                i, head = i + 1, 0
-                goal = _goal(poses, rows[begin + i])
-        tips_of_lanes(chain, values, block * dof * LANES, frames)
-        errors_of_lanes(frames, goals, weights, measured, block * ERRORS * LANES)
+    measured, values = work.errors, work.joints
     for i in range(end - begin):
-        row = rows[begin + i]
+        row = order[1, begin + i]
         for head in range(heads):
-            lane = i * heads + head
-            at = lane // LANES * (ERRORS * LANES) + lane % LANES
-            rank = 0
+            lane, rank = _place(i * heads + head, ERRORS), 0
+            mine = measured[lane + 2 * LANES]
             for other in range(heads):
-                lane = i * heads + other
-                beside = lane // LANES * (ERRORS * LANES) + lane % LANES
-                mine, theirs = measured[at + 2 * LANES], measured[beside + 2 * LANES]
+                theirs = measured[_place(i * heads + other, ERRORS) + 2 * LANES]
                 # Written so that each rank is taken once, also where an error is not a number.
                 if other < head:
                     rank += not mine < theirs
                 elif other > head:
                     rank += theirs < mine
-            errors[row, rank, 0], errors[row, rank, 1] = measured[at], measured[at + LANES]
-            lane = i * heads + head
-            at = lane // LANES * (dof * LANES) + lane % LANES
+            errors[row, rank, 0], errors[row, rank, 1] = measured[lane], measured[lane + LANES]
+            lane = _place(i * heads + head, dof)
             for k in range(dof):
-                joints[row, rank, k] = values[at + k * LANES]
+                joints[row, rank, k] = values[lane + k * LANES]
