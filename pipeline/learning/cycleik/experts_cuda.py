@@ -85,6 +85,7 @@ def _kernel(dof: int) -> Any:
         lane, width = cuda.threadIdx.x, cuda.blockDim.x
         values = cuda.shared.array((2, WIDEST), types.float32)
         distances = cuda.shared.array(MOST_EXPERTS, types.float32)
+        pose = cuda.local.array((1, 7), types.float64)
         features = cuda.local.array(12, types.float32)
         box = cuda.local.array((2, 3), types.float32)
         for i in range(3):
@@ -93,7 +94,9 @@ def _kernel(dof: int) -> Any:
         slope, cube = np.float32(GELU_SLOPE), np.float32(GELU_CUBE)
         last = sizes.shape[0] - 2
         for row in range(cuda.blockIdx.x, poses.shape[0], cuda.gridDim.x):
-            find_features(box, poses, row, features, 0)
+            for i in range(7):
+                pose[0, i] = poses[row, i]
+            find_features(box, pose, 0, features, 0)
             for cell in range(lane, centres.shape[0], width):
                 total = half_squares[cell]
                 for k in range(12):
