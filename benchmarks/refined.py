@@ -18,18 +18,23 @@ import numba
 import numpy as np
 import pinocchio
 import torch
+from numba import njit
 from numpy.typing import NDArray
 
 from baselines import Solution, Solver
 from pipeline import load_solver
 from pipeline.config import compose
+from pipeline.learning.cycleik.compiled.answers import CHUNK, answer, make_work
+from pipeline.learning.cycleik.compiled.products import linear, pack_layer
 from pipeline.learning.cycleik.experts import Experts
+from pipeline.learning.cycleik.solver import CycleIk
 from pipeline.learning.refined import RefinedSolver
 from robots import Robot, available_robots, load_robot
 
 SEED = 11
 QUERIES = 500  # at most, of a batch size; smaller batches run that many times
-PEAK_SIZE = 768  # of the square matrices whose product stands for the peak of one core
+NETWORK_SIZES = (1, 100, 5000)  # batches that the network alone is timed with
+PEAK_SIZE, LAYERS = 768, 200  # of the products that stand for the rate of one core
 
 
 @dataclass(frozen=True)
@@ -60,11 +65,14 @@ def main() -> None:
         print(whole_batch(robot, pair, poses[robot.name]))
     print(f"\nGeometric mean of the ratios: {np.exp(np.mean(np.log(ratios))):.3f}\n")
     smaller_batches(robots, solvers, poses, options.rounds)
-    print("\nThe network alone against its products of matrices, one thread\n")
-    print("| robot | multiplications | us a pose | GFLOP/s | peak GFLOP/s | share |")
+    print(
+        "\nThe network alone on one thread, by batch size, without Python; the limit is its "
+        "products at this core's rate\n"
+    )
+    print("| robot | batch | us a pose | GFLOP/s | limit us | times the limit |")
     print("|---|---|---|---|---|---|")
     for robot in robots:
-        print(network_limit(robot, solvers[robot.name][0], poses[robot.name]))
+        print("\n".join(network_limits(robot, solvers[robot.name][0], poses[robot.name])))
 
 
 def arguments() -> argparse.Namespace:
@@ -160,33 +168,68 @@ def smaller_batches(
         print(f"| {robot.name} | {' | '.join(cells)} |")
 
 
-def network_limit(robot: Robot, solver: RefinedSolver, poses: NDArray[np.float64]) -> str:
-    """Time of the network's answers, ranking by forward kinematics included, against the peak."""
-    network = solver.proposer.network
-    assert isinstance(network, Experts)
-    products = sum(weight[0].numel() for weight in network.weights) + network.centres.numel()
-    times = []
-    for _ in range(7):
-        start = time.perf_counter()
-        solver.hypotheses(poses)
-        times.append((time.perf_counter() - start) / len(poses))
-    seconds = float(np.median(times))
-    rate, peak = 2 * products / seconds / 1e9, matrix_peak()
-    return (
-        f"| {robot.name} | {products:,} | {seconds * 1e6:.2f} | {rate:.0f} | {peak:.0f} | "
-        f"{rate / peak:.2f} |"
-    )
+def network_limits(robot: Robot, solver: RefinedSolver, poses: NDArray[np.float64]) -> list[str]:
+    """Time of the network's answers, cells and ranking included, against its products alone."""
+    proposer = solver.proposer
+    assert isinstance(proposer, CycleIk)
+    assert isinstance(proposer.network, Experts)
+    assert proposer.compiled is not None
+    network, experts = proposer.network, proposer.compiled
+    flops = 2 * (sum(weight[0].numel() for weight in network.weights) + network.centres.numel())
+    rate, rows = product_rate(), []
+    for size in NETWORK_SIZES:
+        shown = poses[: min(len(poses), size * QUERIES) // size * size]
+        joints = np.empty((len(shown), network.heads, robot.dof))
+        errors = np.empty((len(shown), network.heads, 2))
+        work = make_work(experts, size, network.heads)
+        weights = np.array([100.0, 180 / np.pi])
+        arguments = robot.chain, experts, shown, weights, joints, errors, work, size
+        answer_in_batches(*arguments)
+        times = []
+        for _ in range(15):
+            start = time.thread_time()
+            answer_in_batches(*arguments)
+            times.append((time.thread_time() - start) / len(shown))
+        seconds = float(np.median(times))
+        limit = flops / rate
+        rows.append(
+            f"| {robot.name} | {size} | {seconds * 1e6:.3f} | {flops / seconds / 1e9:.0f} | "
+            f"{limit * 1e6:.3f} | {seconds / limit:.1f} |"
+        )
+    return rows
 
 
-def matrix_peak() -> float:
-    """GFLOP/s of a float32 product of square matrices on the threads of torch."""
+@njit
+def answer_in_batches(chain, experts, poses, weights, joints, errors, work, size):  # type: ignore[no-untyped-def]
+    """Answer poses in batches without Python between them."""
+    for begin in range(0, len(poses), size):
+        rows = slice(begin, begin + size)
+        answer(chain, experts, poses[rows], weights, joints[rows], errors[rows], work)
+
+
+def product_rate() -> float:
+    """Multiplications and additions a second of one core, float32, the faster of two ways.
+
+    Of large square matrices by torch, and of a chunk of rows with one layer by `linear`, whose
+    weights stay in the first two caches.
+    """
     left = torch.randn(PEAK_SIZE, PEAK_SIZE)
-    times = []
-    for _ in range(10):
-        start = time.perf_counter()
+    random = np.random.default_rng(SEED)
+    packed = pack_layer(random.normal(size=(1, 128, 128)), random.normal(size=(1, 128)))[0]
+    values = random.normal(size=2 * CHUNK * 128).astype(np.float32)
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    rates = []
+    for _ in range(20):
+        start = time.thread_time()
         left @ left
-        times.append(time.perf_counter() - start)
-    return 2 * PEAK_SIZE**3 / min(times) / 1e9
+        rates.append(2 * PEAK_SIZE**3 / (time.thread_time() - start))
+        start = time.thread_time()
+        for _ in range(LAYERS):
+            linear(values, 0, CHUNK, 128, packed, 0, 128, CHUNK * 128)
+        rates.append(LAYERS * 2 * CHUNK * 128 * 128 / (time.thread_time() - start))
+    torch.set_num_threads(threads)
+    return max(rates)
 
 
 if __name__ == "__main__":

@@ -108,14 +108,25 @@ class Experts(IkNetwork):
         width = int(counts.max())
         return cell * width + place, width
 
-    def folded(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Return weights (E, in, out) and biases (E, out) with the scaling of inputs folded in."""
+    def folded(self, centred: bool = False) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return weights (E, in, out) and biases (E, out) with the scaling of inputs folded in.
+
+        Args:
+            centred: Whether the mean of a cell is subtracted from its inputs before.
+        """
         layers = [
             (weight.detach().double().cpu(), bias.detach()[:, 0].double().cpu())
             for weight, bias in zip(self.weights, self.biases, strict=True)
         ]
         weight, bias = layers[0]
         weight = weight / self.scale.double().cpu()[:, :, None]
-        bias = bias - (self.mean.double().cpu()[:, None] @ weight)[:, 0]
+        if not centred:
+            bias = bias - (self.mean.double().cpu()[:, None] @ weight)[:, 0]
         layers[0] = (weight, bias)
         return [(weight.numpy(), bias.numpy()) for weight, bias in layers]
+
+
+def host(tensor: Tensor) -> np.ndarray:
+    """Return a copy of a tensor as an array of float64."""
+    array: np.ndarray = tensor.detach().cpu().double().numpy()
+    return array

@@ -9,15 +9,15 @@ from baselines.clock import now_ns
 from baselines.compiled_query import REFUSED, take_initial, take_pose, turn_nearest
 from baselines.lm_kernel import FOUND, first_start_only
 from baselines.lm_query import refine_query
-from pipeline.learning.cycleik.experts_kernel import answer_rows
+from pipeline.learning.cycleik.compiled.answers import answer_rows
 
 
 @njit(cache=True)
 def in_domain(experts, pose):  # type: ignore[no-untyped-def]
     """Whether a pose (7,) lies in the box that the network was trained in."""
     for axis in range(3):
-        shift = pose[axis] - experts.position_centre[axis]
-        if not abs(shift / experts.position_scale[axis]) <= 1.0:
+        shift = pose[axis] - experts.box[0, axis]
+        if not abs(shift / experts.box[1, axis]) <= 1.0:
             return False
     return True
 

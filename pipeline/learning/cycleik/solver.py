@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from baselines.refine import numba_threads
 from pipeline.learning.cycleik import METHOD
-from pipeline.learning.cycleik.experts import Experts
-from pipeline.learning.cycleik.experts_kernel import (
+from pipeline.learning.cycleik.compiled.answers import (
     CompiledExperts,
+    answer_on_threads,
     answer_rows,
-    answer_rows_parallel,
     compiled_experts,
 )
+from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.cycleik.query import refined_query
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
@@ -79,7 +79,6 @@ class CycleIk(NeuralSolver):
         if self.threads == 1 or count == 1 or forked():
             answer_rows(*arguments)
         else:
-            with numba_threads(self.threads):
-                answer_rows_parallel(*arguments)
+            answer_on_threads(self.threads or numba.config.NUMBA_NUM_THREADS, *arguments)
         errors *= _TO_MM_AND_DEG
         return Hypotheses(joints, errors[..., 0], errors[..., 1])
