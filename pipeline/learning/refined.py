@@ -112,7 +112,7 @@ class RefinedSolver(CompiledQuerySolver):
         if query is None:
             return None
         function, arguments = query
-        bound = (joint_range(self.robot), *arguments, self.library)
+        bound = (joint_range(self.robot), self.robot.home, *arguments, self.library)
         return CompiledQuery(function, options, self.robot.dof, *bound)
 
     def _solve_array(
@@ -134,13 +134,18 @@ class RefinedSolver(CompiledQuerySolver):
     def _refined(
         self, poses: NDArray[np.float64], first: NDArray[np.float64], budget: Budget | None
     ) -> Solution:
-        """Refine from the first seeds (N, 0 or 1, dof), then from the hypotheses."""
+        """Refine from the first seeds (N, 0 or 1, dof), then from the hypotheses.
+
+        Poses outside the proposer's domain start as in `lm`: at home where there is no first seed.
+        """
         inside = self.proposer.in_domain(poses)
         if inside.all():
             return self._proposed(poses, first, budget).solution()
-        # Outside, what is remembered is nearer than what the network makes up.
         outside = ~inside
-        refined = self._descended(poses[outside], first[outside], budget)
+        start = first[outside]
+        if start.shape[1] == 0:
+            start = np.broadcast_to(self.robot.home, (len(start), 1, self.robot.dof))
+        refined = self._descended(poses[outside], start, budget)
         if not inside.any():
             return refined.solution()
         return _merged(inside, self._proposed(poses[inside], first[inside], budget), refined)

@@ -119,7 +119,7 @@ class NeuralSolver(Solver):
             tried: Hypotheses that are descended from.
 
         Returns:
-            The function and its arguments between `JointRange` and `SeedLibrary`, or None for a
+            The function and its arguments between home and `SeedLibrary`, or None for a
             network that is not compiled.
         """
         return None

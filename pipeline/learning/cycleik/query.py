@@ -29,6 +29,7 @@ def refined_query(  # type: ignore[no-untyped-def]
     answer,
     options,
     joints,
+    home,
     heads,
     tried,
     weights,
@@ -38,7 +39,7 @@ def refined_query(  # type: ignore[no-untyped-def]
 ):
     """Solve one pose from an initial guess, if there is one, and then from the best hypotheses.
 
-    Outside the network's box there are none, and the seed library comes at once.
+    Outside the network's box there are none, and it starts as `lm` does.
 
     Args:
         pose: (7,) target in the base frame, x y z [m], qw qx qy qz.
@@ -46,6 +47,7 @@ def refined_query(  # type: ignore[no-untyped-def]
         answer: (dof,) receives the joints [rad or m].
         options: `LmOptions`.
         joints: `JointRange`.
+        home: (dof,) guess where there is neither a first one nor a hypothesis [rad or m].
         heads: Hypotheses of the network.
         tried: How many of them are descended from.
         weights: (2,) of an error in m and in rad when hypotheses are compared.
@@ -58,7 +60,7 @@ def refined_query(  # type: ignore[no-untyped-def]
     """
     dof, given = answer.shape[0], initial.shape[0]
     targets = np.empty((1, 7))
-    seeds = np.empty((given + tried, dof))
+    seeds = np.empty((given + max(tried, 1), dof))
     if not (take_pose(pose, targets[0]) and take_initial(initial, joints, seeds)):
         return REFUSED, 0, 0, 0
     if given > 0:
@@ -75,7 +77,10 @@ def refined_query(  # type: ignore[no-untyped-def]
         used = given + tried
         hypotheses, errors = np.empty((1, heads, dof)), np.empty((1, heads, 2))
         answer_rows(chain, experts, targets, weights, hypotheses, errors)
-        seeds[given:] = hypotheses[0, :tried]
+        seeds[given:used] = hypotheses[0, :tried]
+    elif given == 0:
+        used = 1
+        seeds[0] = home
     outcome = refine_query(chain, targets[0], seeds[:used], library, options, answer)
     turn_nearest(initial, joints, answer)
     status, iterations, starts, _ = outcome
