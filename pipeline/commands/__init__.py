@@ -62,6 +62,10 @@ LOOKING = {
         "claims.claims",
         "every published number beside ours, and every claim of the paper with a verdict",
     ),
+    "deviations": Command(
+        "deviations.deviations",
+        "write docs/deviations.md: where paper, released code and this project differ",
+    ),
     "dvc": Command(
         "dvc.dvc",
         "write dvc.yaml from the graph of stages; dvc profile=smoke sets that scale as well",

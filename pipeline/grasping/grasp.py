@@ -1,7 +1,7 @@
 """The grasping primitive: approach from above, close, lift and carry to a bin, let go, go home.
 
-The paper lifts and deposits in one motion (section III-F); `grasp.carry=two_motions` lifts straight up
-first and looks whether something was lifted before it goes on.
+The paper lifts and deposits in one motion (section III-F); `grasp.carry=two_motions` lifts straight
+up first and looks whether something was lifted before it goes on.
 """
 
 from __future__ import annotations

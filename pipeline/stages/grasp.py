@@ -32,7 +32,7 @@ from pipeline.grasping.outcome import SUCCESS
 from pipeline.grasping.series import KEY, Series
 from pipeline.grasping.trial import required_scene
 from pipeline.progress import bar
-from pipeline.solvers import check_solvers
+from pipeline.solvers import check_solvers, network_of
 from pipeline.stages.grasp_units import load_runner, run_units
 from pipeline.stages.inputs import artifacts, robot_of
 from pipeline.stages.solvers import code_of
@@ -84,7 +84,8 @@ def _trials(config: Config, runner: Series | AgentSeries, folder: Path, made: _K
         folder.mkdir(parents=True, exist_ok=True)
         runner.film(rows, folder)
         card = _card(config, robot)
-        write_table(folder / "trials.parquet", rows, {**card, **facts})
+        signed = {**provenance.signature(config.profile), "network": made.network}
+        write_table(folder / "trials.parquet", rows, {**card, **facts, **signed})
         counts = {str(name): int(count) for name, count in rows["class"].value_counts().items()}
         write_json(folder / "metrics.json", counts)
         write_json(folder / "card.json", {**card, "config": {**card["config"], **facts}})
@@ -105,7 +106,9 @@ def _study(config: Config, study: Study) -> list[Path]:
             rows = study.run(kept, progress)
         folder.mkdir(parents=True, exist_ok=True)
         study.film(rows, folder)
-        write_table(folder / f"{name}.parquet", rows, {**_card(config, series.robot), **made.facts})
+        signed = {**provenance.signature(config.profile), "network": made.network}
+        card = {**_card(config, series.robot), **made.facts, **signed}
+        write_table(folder / f"{name}.parquet", rows, card)
         kept.clear()
     return [folder / f"{name}.parquet"]
 
@@ -126,6 +129,7 @@ class _Kept:
         self.facts: dict[str, Any] = {"grasp": grasp, "seed": config.seed, **(more or {})}
         solvers = [each for each in (series.solver, series.repair) if each is not None]
         who = [solver_identity(each) for each in solvers]
+        self.network = ", ".join(filter(None, map(network_of, solvers)))
         code = code_of(__name__, config.grasp.solvers_by_key(), config)
         made_with = [self.facts, self.robot.urdf_checksum, who, eyes, provenance.versions(), code]
         name = f"{kind}-{self.robot.name}-{provenance.digest(made_with)}.jsonl"

@@ -211,4 +211,7 @@ def _goal(goal: dict[str, Any]) -> str:
     return f"{goal['link']} at {place}, weight {goal['weight']:g}"
 
 
-TOPIC = Topic(tables=(lambda data: constraints(data.results), lambda data: solutions(data.results)))
+TOPIC = Topic(
+    tables=(lambda data: constraints(data.results), lambda data: solutions(data.results)),
+    stages=("sweep", "sample"),
+)

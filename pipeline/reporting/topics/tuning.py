@@ -202,8 +202,9 @@ def welch(mine: pd.Series, theirs: pd.Series) -> tuple[float, float, float]:
 
 
 TOPIC = Topic(
+    stages=("tune", "compare_tuned"),
     tables=(
         lambda data: studies(data.results),
         lambda data: tuned_against_table_one(data.results),
-    )
+    ),
 )
