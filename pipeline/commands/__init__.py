@@ -31,6 +31,10 @@ RUNNING = {
         "run.everything",
         "every stage above but sample and compare-tuned, without DVC: robots=[...]",
     ),
+    "paper": Command(
+        "paper.paper",
+        "all of the paper, unattended: what it will take first; goes on where it was stopped",
+    ),
     "benchmark": Command(
         "benchmark.benchmark",
         "evaluate the numerical solvers on all robots, unattended: benchmark profile=paper",

@@ -63,14 +63,14 @@ def stage(name: str, arguments: list[str]) -> int:
 def everything(arguments: list[str]) -> int:
     """Run every step of the graph for each robot of ``robots=[...]`` (conf/bench.yaml else)."""
     given = command_parser("all", DESCRIPTION).takes_overrides().parse(arguments)
-    lists, overrides = _lists(given.overrides)
+    lists, overrides = split_lists(given.overrides)
     compose(overrides)  # a typo stops before the first stage
     for step, axes in runs(lists):
-        _run(step.stage, compose(_overrides(step, axes, overrides)))
+        _run(step.stage, compose(step_overrides(step, axes, overrides)))
     return 0
 
 
-def _lists(arguments: list[str]) -> tuple[dict[str, list[str]], list[str]]:
+def split_lists(arguments: list[str]) -> tuple[dict[str, list[str]], list[str]]:
     """Split lists of conf/bench.yaml, the command's own in their place, from other overrides.
 
     `evaluate.solvers` narrows all lists of solvers; one that is in none of them joins its like.
@@ -105,7 +105,7 @@ def _names(value: str) -> list[str]:
     return [name.strip() for name in value.strip("[]").split(",") if name.strip()]
 
 
-def _overrides(step: Step, axes: dict[str, str], typed: list[str]) -> list[str]:
+def step_overrides(step: Step, axes: dict[str, str], typed: list[str]) -> list[str]:
     """A step's overrides and the user's, who may choose otherwise but for what makes the step."""
     fixed = {*step.without, *(["model"] if step.model else [])} & {*step.choices, "model"}
     kept = [item for item in typed if item.partition("=")[0] not in fixed]

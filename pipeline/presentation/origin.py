@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 UNRECORDED = "not recorded"
+BEFORE = "older than the record of commit, date, processor, seeds and profile"
 OLDER = "older"  # rows that were made before this was recorded: nothing is invented for them
 
 
@@ -34,6 +35,8 @@ class Origin:
 
     def sentence(self) -> str:
         """Return it as one line for people."""
+        if {self.commit, self.date, self.processor, self.seeds, self.profile} == {OLDER}:
+            return f"Made by `{self.command}`; {BEFORE}."
         shown = {name: value for name, value in self.facts().items() if value and name != "command"}
         said = "; ".join(f"{name} {value}" for name, value in shown.items())
         return f"Made by `{self.command}`; {said}."

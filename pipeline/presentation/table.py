@@ -173,7 +173,7 @@ class Table:
             path = folder / f"{self.name}.{suffix}"
             write_text(path, make())
             paths.append(path)
-        _write_origin(folder, self.name, self.origin)
+        write_origin(folder, self.name, self.origin)
         return paths
 
     def _remarks(self) -> list[str]:
@@ -205,7 +205,7 @@ class _Typed:
         return f"{kind} start" if self.starts_group else kind
 
 
-def _write_origin(folder: Path, name: str, origin: Origin) -> None:
+def write_origin(folder: Path, name: str, origin: Origin) -> None:
     """Add the origin of a table to those beside it; those of tables that are no more go."""
     path = folder / ORIGINS
     known = read_json(path) if path.exists() else {}

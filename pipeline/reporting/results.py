@@ -22,6 +22,7 @@ PICTURES = (".png", ".gif")
 VIDEOS = (".mp4",)
 SMOKE = "smoke"  # the profile whose networks see a few hundred steps
 SEEDED = "seeded_by_"  # folders of rows that started from another solver's answers
+LEFT_OUT = "left_out.json"  # written by `python -m pipeline paper`
 JOINT = re.compile(r"q\d+")
 STAGES = ("dataset", "tune", "train", "evaluate", "plan", "grasp")
 # Made on demand: nothing is missing where they did not run.
@@ -49,6 +50,7 @@ class Results:
         compare_tuned: Trainings of the best of a search and its rivals, by robot.
         detector: Raw rows on held-out pictures and the least score in use, by robot.
         media: Pictures and videos of a stage, by (stage, robot).
+        left_out: What a whole run did not run, with the hours of one core that it would take.
         cards: Provenance of each file of rows, by stage.
         notes: What is missing or could not be read, one sentence each.
     """
@@ -71,6 +73,7 @@ class Results:
     compare_tuned: dict[str, pd.DataFrame] = field(default_factory=dict)
     detector: dict[str, tuple[pd.DataFrame, float]] = field(default_factory=dict)
     media: dict[tuple[str, str], list[Path]] = field(default_factory=dict)
+    left_out: list[dict[str, Any]] = field(default_factory=list)
     cards: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
@@ -119,6 +122,10 @@ def read_results(folder: Path, profile: str = "") -> Results:
             media = [p for p in media if p.suffix != ".gif" or p.with_suffix(".mp4") not in media]
             if media:
                 results.media[stage, place.name] = media
+    if (folder / LEFT_OUT).exists():
+        written: dict[str, Any] = _try(results, folder / LEFT_OUT, read_json) or {}
+        results.left_out = list(written.pop("left_out", []))
+        results.cards[LEFT_OUT] = [written]
     profiles = {profile, folder.name, *(f.get("profile") for f in results.evaluated.values())}
     if SMOKE in profiles:
         results.notes.insert(
