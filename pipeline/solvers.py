@@ -123,6 +123,16 @@ def check_budgets(config: Config) -> None:
                 )
 
 
+def sampling_name(solver: str, config: Config) -> str:
+    """Return what the samples of a solver are called: with the model where that is not the usual.
+
+    So the generator of the paper's authors, `null_space@null_space_paper`, lies beside ours.
+    """
+    kinds, usual = models_of(solver)
+    own = config.model.kind in kinds and config.model.name != usual
+    return f"{solver}@{config.model.name}" if own else solver
+
+
 def weights_origin(solver: Solver) -> str:
     """Say where the weights of a solver come from; empty for a solver without any."""
     return displayed_path(solver.weights) if solver.weights else ""

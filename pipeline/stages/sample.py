@@ -13,7 +13,7 @@ from pipeline.data.files import replacing
 from pipeline.data.tables import write_table
 from pipeline.evaluation.cache import solver_identity
 from pipeline.evaluation.sampling import sample_rows, sampler_of
-from pipeline.solvers import check_solvers, network_of
+from pipeline.solvers import check_solvers, network_of, sampling_name
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from pipeline.stages.solvers import solver_of
 
@@ -33,7 +33,7 @@ def run(config: Config) -> list[Path]:
     poses = read_split(dataset_of(config), "test", robot).poses[: wanted.poses]
     solver = solver_of(wanted.solver, robot, config)
     sampler_of(solver)
-    path = artifacts(config).sample(robot.name, wanted.solver)
+    path = artifacts(config).sample(robot.name, sampling_name(wanted.solver, config))
     with exclusive(path):
         rows = sample_rows(robot, solver, poses, wanted, config.evaluate.limit_slack)
         facts = {**provenance.made_by(), **provenance.signature(config.profile)}

@@ -1,4 +1,4 @@
-"""`profile=paper` is the paper by default, without further overrides: stage by stage, key by key."""
+"""`profile=paper` is the paper by default and needs no other overrides: key by key, each stage."""
 
 from __future__ import annotations
 
