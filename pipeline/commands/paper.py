@@ -40,12 +40,13 @@ def paper(arguments: list[str]) -> int:
     own, typed = _own(given)
     if not any(item.startswith("profile=") for item in typed):
         typed = ["profile=paper", *typed]
+    most = _number("hours", own["hours"])  # what cannot be is refused before anything is composed
+    bench = bench_lists(chosen_profile(typed))
+    processes = int(_number("processes", own["processes"] or str(bench["processes"])))
     lists, overrides = split_lists(typed)
     folder = Path(compose(overrides).results_dir)
     every = units(lists, lambda step, axes: step_overrides(step, axes, overrides), compose)
-    reasons = left_out(every, _number("hours", own["hours"]))
-    bench = bench_lists(chosen_profile(typed))
-    processes = int(_number("processes", own["processes"] or str(bench["processes"])))
+    reasons = left_out(every, most)
     print(plan_text(every, reasons, processes), flush=True)
     if own["plan"] == "true":
         return 0

@@ -24,13 +24,14 @@ from pipeline.embodiment.loading import (
     setting_name,
 )
 from pipeline.embodiment.series import AgentSeries
-from pipeline.errors import ConfigError
+from pipeline.errors import ConfigError, PerceptionError
 from pipeline.evaluation.cache import solver_identity
 from pipeline.grasping import ablation
 from pipeline.grasping.ablation import Study
 from pipeline.grasping.outcome import SUCCESS
 from pipeline.grasping.series import KEY, Series
 from pipeline.grasping.trial import required_scene
+from pipeline.perception.camera import mounted
 from pipeline.progress import bar
 from pipeline.solvers import check_solvers, network_of
 from pipeline.stages.grasp_units import load_runner, run_units
@@ -47,8 +48,17 @@ def check(config: Config) -> None:
     robot = robot_of(config)
     required_scene(config.grasp, robot.name)
     check_solvers(config.grasp.solvers_by_key(), robot)
+    if config.perception.source == "camera":
+        _check_camera(robot)
     if config.grasp.ablation is not None and is_embodied(config):
         raise ConfigError("a study of grasps needs perception=perfect and agent=none")
+
+
+def _check_camera(robot: Robot) -> None:
+    try:
+        mounted(robot)
+    except PerceptionError as error:
+        raise PerceptionError(f"{error}; without one: perception=perfect agent=none") from error
 
 
 def run(config: Config) -> list[Path]:
