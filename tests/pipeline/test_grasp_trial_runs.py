@@ -16,7 +16,8 @@ from tests.physics_guard import guard
 
 CONFIG = compose(["profile=smoke", "experiment=refined_grasp"]).grasp
 PAPER = compose(["profile=smoke"]).grasp  # one motion lifts and deposits, and nobody looks
-TIMES = ("wall_s", "approach_plan_ms", "lift_plan_ms", "transfer_plan_ms", "homeward_plan_ms")
+MOTIONS = ("approach", "lift", "transfer", "deposit", "homeward")
+TIMES = ("wall_s", *(f"{name}_plan_ms" for name in MOTIONS))
 
 
 @pytest.fixture(scope="module")
