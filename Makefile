@@ -5,14 +5,16 @@ export PATH := $(BIN):$(PATH)
 export DVC_NO_ANALYTICS := 1
 export PYTHONHASHSEED := 0
 
-.PHONY: help environment reproduce status test lint types unit slow smoke table2 table3 paper-numerical clean
+.PHONY: help environment reproduce paper status test lint types unit slow smoke table2 table3 paper-numerical clean
 
 help:
 	@echo "make reproduce   environment, then every stage through DVC, to tables, figures and report.html;"
 	@echo "                 PROFILE=smoke puts that scale (smoke, quick or paper) into conf/bench.yaml first"
+	@echo "make paper       all of the paper at its scale, unattended, two tasks at a time; prints what it will take"
+	@echo "                 first and goes on where it was stopped; HOURS=24 is the longest task that it runs"
 	@echo "make status      what of that an edit has made stale"
 	@echo "make test        environment, then lint, types and tests"
-	@echo "make smoke       every stage at toy scale without DVC, two minutes"
+	@echo "make smoke       every stage at toy scale without DVC, minutes"
 	@echo "make slow        tests that take minutes"
 	@echo "make table2      the paper's Table II from the raw rows on disk, in seconds; make table3 likewise"
 	@echo "make paper-numerical  numerical solvers on 200,000 poses of five robots, hours; resumable"
@@ -25,6 +27,9 @@ reproduce: environment
 	@python -m pipeline dvc $(if $(PROFILE),profile=$(PROFILE)) >/dev/null
 	@dvc repro
 	@python -m pipeline paths
+
+paper: environment
+	@python -m pipeline paper $(if $(HOURS),hours=$(HOURS)) $(ARGS)
 
 status: environment
 	@python -m pipeline code
@@ -53,7 +58,7 @@ table2 table3:
 	@python -m pipeline table $@
 
 paper-numerical: environment
-	python -m pipeline benchmark profile=paper
+	python -m pipeline benchmark profile=paper numerical=[lm,pinocchio,placo,trac_ik,bio_ik,pytorch_kinematics]
 	python -m pipeline table table2 profile=paper
 
 clean:

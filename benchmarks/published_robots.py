@@ -27,6 +27,9 @@ from numpy.typing import NDArray
 import baselines
 from baselines import Budget
 from baselines.registry import settings
+from pipeline import provenance
+from pipeline.presentation.origin import Origin
+from pipeline.presentation.table import write_origin
 from robots import Robot, RobotError, load_robot
 from robots.add import add_robot
 from robots.description import find_description
@@ -75,7 +78,13 @@ def main() -> None:
     table = pd.DataFrame(rows)
     OUT.parent.mkdir(parents=True, exist_ok=True)
     table.to_csv(OUT.with_suffix(".csv"), index=False)
-    OUT.with_suffix(".md").write_text(report(table), encoding="utf-8")
+    command = f"python benchmarks/published_robots.py --robots {robots} --poses {options.poses}"
+    machine = provenance.machine()["processor"]
+    signed = provenance.signature("none: installed packages")
+    made_by = Origin(command, **signed, processor=machine, seeds="1")
+    text = f"{report(table)}\n{made_by.sentence()}\n"
+    OUT.with_suffix(".md").write_text(text, encoding="utf-8")
+    write_origin(OUT.parent, OUT.stem, made_by)
 
 
 def urdf_files() -> Iterator[Path]:

@@ -178,14 +178,29 @@ def _defaults(overrides: Sequence[str]) -> DefaultsList:
         return loader.compute_defaults_list(ROOT, list(overrides), RunMode.RUN)
 
 
-def bench_lists() -> dict[str, Any]:
+def bench_lists(profile: str = "") -> dict[str, Any]:
     """Return conf/bench.yaml: the profile and the lists that `all` and `make reproduce` run.
+
+    Args:
+        profile: Whose lists; that of conf/bench.yaml where left out. Those of
+            conf/bench_<profile>.yaml stand in place of the others.
 
     Raises:
         FileError: It is no YAML, or lacks a key.
     """
     path = CONF_DIR / "bench.yaml"
-    return Document(path, read_yaml(path))
+    plain = read_yaml(path)
+    own = _own_lists(profile or str(plain.get("profile")))
+    return Document(path, {**plain, **(read_yaml(own) if own.exists() else {})})
+
+
+def has_own_lists(profile: str) -> bool:
+    """Whether a profile has lists in place of those of conf/bench.yaml."""
+    return _own_lists(profile).exists()
+
+
+def _own_lists(profile: str) -> Path:
+    return CONF_DIR / f"bench_{profile}.yaml"
 
 
 def group_choices(group: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""What made an artifact: versions, machine, commit and configuration, without a clock in it."""
+"""What made an artifact: versions, machine, commit, configuration; cards have no clock in them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import json
 import os
 import platform
 import subprocess
+from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -34,6 +35,7 @@ PACKAGES = (
     "dvc",
 )
 NO_COMMIT = "no commit"
+SIGNATURE = "signature.json"  # beside results whose card later stages depend on
 
 
 @cache
@@ -98,6 +100,14 @@ def made_by() -> dict[str, Any]:
     would make all of them run again. Rows at the end of the line carry it (`commit`).
     """
     return {"versions": versions(), "machine": machine()}
+
+
+def signature(profile: str) -> dict[str, str]:
+    """Return what rows at the end of the line carry besides: commit, day (UTC) and profile.
+
+    No later stage but the report depends on them, so a new day makes nothing run again.
+    """
+    return {"commit": commit(), "date": datetime.now(UTC).date().isoformat(), "profile": profile}
 
 
 def _git(*arguments: str) -> str:

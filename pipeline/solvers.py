@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, cast
 import baselines
 from baselines import SettingError, SkippedSolver, Solver
 from baselines.registry import file_settings, solver_class
+from pipeline.data.files import read_json
 from pipeline.errors import ConfigError
 from robots import Robot
 from robots.locations import home
@@ -16,6 +17,8 @@ from robots.locations import home
 if TYPE_CHECKING:
     from pipeline.learning.solver import NeuralSolver
     from pipeline.settings import Config
+
+NETWORKS = {"paper": "Table I", "compact": "compact (ours)", "tiny": "tiny (shows that it runs)"}
 
 
 def is_neural(name: str) -> bool:
@@ -120,9 +123,31 @@ def check_budgets(config: Config) -> None:
                 )
 
 
+def sampling_name(solver: str, config: Config) -> str:
+    """Return what the samples of a solver are called: with the model where that is not the usual.
+
+    So the generator of the paper's authors, `null_space@null_space_paper`, lies beside ours.
+    """
+    kinds, usual = models_of(solver)
+    own = config.model.kind in kinds and config.model.name != usual
+    return f"{solver}@{config.model.name}" if own else solver
+
+
 def weights_origin(solver: Solver) -> str:
     """Say where the weights of a solver come from; empty for a solver without any."""
     return displayed_path(solver.weights) if solver.weights else ""
+
+
+def network_of(solver: Solver) -> str:
+    """Say which network a solver answers with, and by which recipe; empty for one without."""
+    if not solver.weights:
+        return ""
+    config = read_json(Path(solver.weights) / "card.json")["config"]
+    name, train = config["model"]["name"], config["train"]
+    clip = train.get("gradient_clip")
+    kept = "without clipping" if clip is None else f"clipped at {clip:g}"
+    recipe = f"{train['loss']} losses, {train.get('warm_up_steps', 0)} steps of warm-up, {kept}"
+    return f"{NETWORKS.get(name, name)} ({recipe})"
 
 
 def displayed_path(folder: Path) -> str:

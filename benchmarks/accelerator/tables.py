@@ -15,6 +15,8 @@ from typing import Any
 import pandas as pd
 
 from pipeline.evaluation.statistics import wilson_interval
+from pipeline.presentation.origin import Origin
+from pipeline.presentation.table import write_origin
 
 SATURATED = 0.5  # share of outputs where tanh is flat, above which a network is lost
 PUBLISHED = Path(__file__).parents[2] / "results" / "published_results.csv"
@@ -72,14 +74,26 @@ def table_one(rows: pd.DataFrame) -> pd.DataFrame:
     return kept[list(columns)].rename(columns=columns).round(4)
 
 
-def write(table: pd.DataFrame, path: Path, title: str) -> None:
-    """CSV, and the same as Markdown."""
+def origin(rows: pd.DataFrame, command: str) -> Origin:
+    """What made the rows: a training says its device, seed and day; the commit is not in it."""
+    found = {
+        name: ", ".join(sorted({str(value) for value in rows.get(column, []) if value == value}))
+        for name, column in (("date", "date"), ("processor", "device"))
+    }
+    said = {name: value for name, value in found.items() if value}
+    return Origin(command, **said, seeds="of each row of runs.jsonl", profile="paper")
+
+
+def write(table: pd.DataFrame, path: Path, title: str, made_by: Origin) -> None:
+    """CSV, the same as Markdown, and its origin in both."""
     table.to_csv(path.with_suffix(".csv"), index=False)
     head = "| " + " | ".join(table.columns) + " |\n" + "|---" * len(table.columns) + "|\n"
     body = "".join(
         "| " + " | ".join(map(str, row)) + " |\n" for row in table.itertuples(index=False)
     )
-    path.with_suffix(".md").write_text(f"{title}\n\n{head}{body}", encoding="utf-8")
+    text = f"{title}\n\n{head}{body}\n{made_by.sentence()}\n"
+    path.with_suffix(".md").write_text(text, encoding="utf-8")
+    write_origin(path.parent, path.stem, made_by)
 
 
 def main() -> None:
@@ -88,6 +102,7 @@ def main() -> None:
     parser.add_argument("runs", type=Path, help="runs.jsonl")
     path = parser.parse_args().runs
     rows = read_rows(path)
+    made_by = origin(rows, f"python -m benchmarks.accelerator.tables {path.as_posix()}")
     made = f"made by `python -m benchmarks.accelerator.tables {path.as_posix()}`"
     write(
         stability(rows),
@@ -96,12 +111,14 @@ def main() -> None:
         "recipe (no warm-up, no clipping) and the same with 500 steps of warm-up; a network is "
         f"lost where more than {SATURATED:.0%} of its outputs lie where tanh is flat. Median "
         "validation error of the others, Euclidean; Wilson interval of the share that is lost.",
+        made_by,
     )
     write(
         table_one(rows),
         path.parent / "table_one",
         f"<!-- {made} -->\n**Networks of Table I trained on an accelerator**, whole test set; "
         "`published` trains without warm-up and clipping.",
+        made_by,
     )
 
 

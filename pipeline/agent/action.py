@@ -1,6 +1,6 @@
 """Actions that an agent may ask a body for, and the words that their targets are taken from.
 
-A reply of the language model is free text with action tags in it (section III-G of the paper: "GPT
+A reply of the language model is free text with action tags in it (section III-E of the paper: "GPT
 is allowed to embed action tags in the form of structured natural language in its output").
 """
 

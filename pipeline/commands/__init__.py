@@ -31,6 +31,10 @@ RUNNING = {
         "run.everything",
         "every stage above but sample and compare-tuned, without DVC: robots=[...]",
     ),
+    "paper": Command(
+        "paper.paper",
+        "all of the paper, unattended: what it will take first; goes on where it was stopped",
+    ),
     "benchmark": Command(
         "benchmark.benchmark",
         "evaluate the numerical solvers on all robots, unattended: benchmark profile=paper",
@@ -61,6 +65,10 @@ LOOKING = {
     "claims": Command(
         "claims.claims",
         "every published number beside ours, and every claim of the paper with a verdict",
+    ),
+    "deviations": Command(
+        "deviations.deviations",
+        "write docs/deviations.md: where paper, released code and this project differ",
     ),
     "dvc": Command(
         "dvc.dvc",

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from pipeline.commands.arguments import command_parser
+from pipeline.commands.run import chosen_profile
 from pipeline.config import bench_lists, compose
 from pipeline.engine.config import LOCAL, EngineConfig
 from pipeline.engine.cores import usable_cores
@@ -23,9 +24,9 @@ benchmark [robots=[panda,nico]] [numerical=[lm,placo]] [unpinned=[trac_ik]] [pro
 
 Evaluates every solver of `numerical` on every robot, `processes` at a time, each pinned to a core
 of its own and robot by robot in turns, then those of `unpinned` alone on all cores. What is left
-out comes from conf/bench.yaml; `processes` is `engine.workers` in short, and on another engine than
-local that key counts. Tables of the same key are kept: killed and called again it continues.
-Datasets that are missing are made first.
+out comes from conf/bench.yaml or the profile's own file beside it; `processes` is `engine.workers`
+in short, and on another engine than local that key counts. Tables of the same key are kept: killed
+and called again it continues. Datasets that are missing are made first.
 """
 
 
@@ -73,7 +74,7 @@ def _engine(lists: dict[str, Any], overrides: list[str]) -> EngineConfig:
 
 def _lists(arguments: list[str]) -> tuple[dict[str, Any], list[str]]:
     """Split the command's own keys, bench.yaml filling the gaps, from overrides of the stage."""
-    bench = bench_lists()
+    bench = bench_lists(chosen_profile(arguments))
     own = {name: bench[name] for name in (*LISTS, "processes")} | {"given": False}
     overrides = []
     for argument in arguments:

@@ -8,13 +8,18 @@ from pathlib import Path
 
 from pipeline.config import compose
 from pipeline.locations import need_checkout
+from pipeline.presentation.origin import Origin
 from pipeline.presentation.published import read_published
 from pipeline.presentation.table import Table
+from pipeline.provenance import signature
 from pipeline.reporting.claims import claims_table, every_claim, read_claims
 from pipeline.reporting.evidence import Evidence
 from pipeline.reporting.numbers import Setting, every_number, numbers_table
 from robots import load_robot
 
+COMMAND = "python -m pipeline claims --write FOLDER"
+NO_PROFILE = "those of the rows named in it"
+NONE = "none: it is read off other tables"
 HELP = """\
 Prints every published number beside ours, and every claim of the paper with its verdict, from
 results/published_results.csv, results/claims.yaml and the tables below results/.
@@ -27,6 +32,7 @@ def claims(arguments: list[str]) -> int:
     parser.add_argument("--write", metavar="FOLDER", type=Path, help="write both tables there too")
     folder = parser.parse_args(arguments).write
     for table in closing_tables(need_checkout("the table of claims") / "results"):
+        table.origin = Origin(COMMAND, **signature(NO_PROFILE), processor=NONE, seeds=NONE)
         print(table.to_markdown())
         for path in table.write(folder) if folder else ():
             print(path, file=sys.stderr)

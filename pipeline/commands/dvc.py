@@ -6,7 +6,7 @@ import re
 
 from pipeline.closure import source_tree
 from pipeline.commands.arguments import command_parser
-from pipeline.config import compose, group_choices
+from pipeline.config import chosen, group_choices
 from pipeline.data.files import write_text
 from pipeline.errors import ConfigError, PipelineError
 from pipeline.locations import CONF_DIR, need_checkout
@@ -18,7 +18,8 @@ DVC = """\
 dvc [profile=smoke]
 
 Writes dvc.yaml from the graph of stages (pipeline/stages/graph.py). With profile=NAME it puts the
-profile and its network into conf/bench.yaml first, as `make reproduce PROFILE=NAME` does.
+profile, its network and its search into conf/bench.yaml first, as `make reproduce PROFILE=NAME`
+does.
 """
 CODE = f"""\
 Writes {FOLDER}/<step>.json: the modules that each step of the graph runs, with a digest of each
@@ -41,7 +42,7 @@ def dvc(arguments: list[str]) -> int:
 
 
 def set_profile(profile: str) -> None:
-    """Put a profile and its network into conf/bench.yaml, whose comments and lists stay.
+    """Put a profile, its network and its search into conf/bench.yaml; comments and lists stay.
 
     Raises:
         ConfigError: There is no such profile.
@@ -50,7 +51,8 @@ def set_profile(profile: str) -> None:
         raise ConfigError(unknown_name("profile", profile, group_choices("profile")))
     path = CONF_DIR / "bench.yaml"
     text = path.read_text(encoding="utf-8")
-    values = {"profile": profile, "model": compose([f"profile={profile}"]).model.name}
+    choices = chosen([f"profile={profile}"])
+    values = {"profile": profile, "model": choices["model"], "tune": choices["tune"]}
     for key, value in values.items():
         text = re.sub(rf"^({key}: *)\S+", rf"\g<1>{value}", text, flags=re.MULTILINE)
     if text != path.read_text(encoding="utf-8"):

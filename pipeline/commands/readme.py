@@ -59,9 +59,14 @@ def _narrow(table: str) -> list[str]:
     lines = [line.strip("|").split("|") for line in table.splitlines() if line.startswith("|")]
     cells = [[cell.strip() for cell in line] for line in lines]
     kept = [cells[0].index(name) for name in COLUMNS]
-    rows = [[row[index] for index in kept] for row in cells]
-    shown = [row for row in rows[2:] if row[1] in SOLVERS and row[2] != "–"]
-    return [f"| {' | '.join(row)} |" for row in (*rows[:2], *shown)]
+    solver = cells[0].index("Solver")
+    network = cells[0].index("Network") if "Network" in cells[0] else None
+    wanted = [row for row in cells[2:] if row[solver] in SOLVERS and row[kept[2]] != "–"]
+    for row in wanted:
+        if network is not None and row[network] != "–":
+            row[solver] += f", {row[network].rpartition(' (')[0]}"  # without its recipe
+    rows = [[row[index] for index in kept] for row in (*cells[:2], *wanted)]
+    return [f"| {' | '.join(row)} |" for row in rows]
 
 
 def _first(folder: Path, pattern: str) -> Path:

@@ -7,7 +7,15 @@ from pathlib import Path
 
 from pipeline.commands.arguments import command_parser
 from pipeline.commands.stage_help import stage_help
-from pipeline.config import bench_lists, compose, group_choices, sweep, to_yaml, without_passwords
+from pipeline.config import (
+    bench_lists,
+    chosen,
+    compose,
+    group_choices,
+    sweep,
+    to_yaml,
+    without_passwords,
+)
 from pipeline.data.files import write_text
 from pipeline.errors import ConfigError
 from pipeline.progress import LOGGER
@@ -22,7 +30,8 @@ DESCRIPTION = """\
 all [robots=[panda,nico]] [profile=smoke] [key=value ...]
 
 Runs what `make reproduce` runs, without DVC: every step of the graph for each robot, then the
-report. robots, numerical and the other lists are those of conf/bench.yaml where left out.
+report. robots, numerical and the other lists are those of conf/bench.yaml if left out, or of the
+profile's own file beside it.
 """
 
 
@@ -54,19 +63,20 @@ def stage(name: str, arguments: list[str]) -> int:
 def everything(arguments: list[str]) -> int:
     """Run every step of the graph for each robot of ``robots=[...]`` (conf/bench.yaml else)."""
     given = command_parser("all", DESCRIPTION).takes_overrides().parse(arguments)
-    lists, overrides = _lists(given.overrides)
+    lists, overrides = split_lists(given.overrides)
     compose(overrides)  # a typo stops before the first stage
     for step, axes in runs(lists):
-        _run(step.stage, compose(_overrides(step, axes, overrides)))
+        _run(step.stage, compose(step_overrides(step, axes, overrides)))
     return 0
 
 
-def _lists(arguments: list[str]) -> tuple[dict[str, list[str]], list[str]]:
+def split_lists(arguments: list[str]) -> tuple[dict[str, list[str]], list[str]]:
     """Split lists of conf/bench.yaml, the command's own in their place, from other overrides.
 
     `evaluate.solvers` narrows all lists of solvers; one that is in none of them joins its like.
     """
-    lists = {key: list(value) for key, value in bench_lists().items() if isinstance(value, list)}
+    bench = bench_lists(chosen_profile(arguments))
+    lists = {key: list(value) for key, value in bench.items() if isinstance(value, list)}
     overrides = []
     for argument in arguments:
         key, _, value = argument.partition("=")
@@ -95,14 +105,28 @@ def _names(value: str) -> list[str]:
     return [name.strip() for name in value.strip("[]").split(",") if name.strip()]
 
 
-def _overrides(step: Step, axes: dict[str, str], typed: list[str]) -> list[str]:
-    """A step's overrides and the user's, who may choose otherwise but for a network of its own."""
-    keys = {argument.partition("=")[0] for argument in typed}
+def step_overrides(step: Step, axes: dict[str, str], typed: list[str]) -> list[str]:
+    """A step's overrides and the user's, who may choose otherwise but for what makes the step."""
+    fixed = {*step.without, *(["model"] if step.model else [])} & {*step.choices, "model"}
+    kept = [item for item in typed if item.partition("=")[0] not in fixed]
+    keys = {argument.partition("=")[0] for argument in kept}
     own = [
         item for item in step.command(axes) if item.partition("=")[0] not in keys & {*step.choices}
     ]
-    kept = [item for item in typed if not (step.model and item.startswith("model="))]
     return [*kept, *own]
+
+
+def chosen_profile(overrides: list[str]) -> str:
+    """Return the profile that overrides choose, that of conf/config.yaml where they do not.
+
+    Raises:
+        ConfigError: There is no such profile.
+    """
+    typed = [item for item in overrides if item.startswith("profile=")]
+    for name in (item.partition("=")[2] for item in typed):
+        if name not in group_choices("profile"):
+            raise ConfigError(unknown_name("profile", name, group_choices("profile")))
+    return chosen(typed)["profile"]
 
 
 def run_name(overrides: list[str], with_profile: bool = False) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -44,6 +44,7 @@ class Arm:
         target: Joints that the arm was sent to last [rad or m], shape (dof,).
         holding: Whether something is held, which is carried more slowly.
         motions: Planned motions by name since `begin`, as they were followed.
+        watch: Called after each step of the simulator while the arm moves; none without.
         swung: Motions since `begin` whose path could not be followed: the joints moved straight.
     """
 
@@ -57,6 +58,7 @@ class Arm:
         self.holding = False
         self.motions: dict[str, Motion] = {}
         self.swung: list[str] = []
+        self.watch: Callable[[], None] | None = None
 
     def begin(self) -> None:
         """Start a new record of motions: another primitive begins."""
@@ -76,14 +78,14 @@ class Arm:
             name: Which of the configured motions.
             joints: Joints to end at [rad or m], shape (dof,).
             over: Joints to swing to first where the path of the tip cannot be followed, shape
-                (dof,); none goes without.
+                (dof,), if `grasp.detour` allows it; none goes without.
             pose: Instead of joints: pose to end at, base frame, shape (7,).
 
         Raises:
             MotionAborted: The motion jumps between branches of solutions.
         """
         motion = self._plan(name, joints, pose)
-        if over is not None and self._unfit(motion):
+        if over is not None and self.config.detour and self._unfit(motion):
             self.swung.append(name)
             self.swing(over)
             motion = self._plan(name, joints, pose)
@@ -134,6 +136,8 @@ class Arm:
         for joints, velocities in zip(trajectory.joints, trajectory.velocities, strict=True):
             self.scene.command(joints, velocities)
             self.scene.step()
+            if self.watch is not None:
+                self.watch()
         self.target = waypoints[-1]
         self.scene.command(self.target)
         self.scene.wait(self.config.timing.pause_s)

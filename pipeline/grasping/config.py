@@ -13,7 +13,8 @@ from pipeline.planning.config import MotionConfig, TimingConfig
 SHAPES = ("sphere", "capsule", "cylinder", "box")
 VIDEOS = ("none", "first", "classes", "all")
 AXES = ("solver", "position_error", "tension_scale", "friction_scale", "rate", "iterations")
-MOTIONS = ("approach", "lift", "transfer", "homeward", "push")
+MOTIONS = ("approach", "lift", "transfer", "deposit", "homeward", "push")
+ONE_MOTION, TWO_MOTIONS = "one_motion", "two_motions"  # from the table into the bin
 EVIDENCE = ("failures", "all", "none")
 
 
@@ -308,6 +309,8 @@ class GraspConfig:
     trials: int = MISSING
     solver: str = MISSING
     repair: str | None = None
+    carry: str = MISSING
+    detour: bool = MISSING
     gui: bool = MISSING
     video: str = MISSING
     position_error: float = MISSING  # m
@@ -329,6 +332,7 @@ class GraspConfig:
         for name in ("position_error", "tension_scale", "friction_scale"):
             at_least(f"grasp.{name}", getattr(self, name), 0)
         one_of("grasp.video", self.video, VIDEOS)
+        one_of("grasp.carry", self.carry, (ONE_MOTION, TWO_MOTIONS))
         if isinstance(self.motions, dict) and set(self.motions) != set(MOTIONS):
             raise ValueError(f"grasp.motions must be {', '.join(MOTIONS)}, got {[*self.motions]}")
         if isinstance(self.scenes, dict) and isinstance(self.objects, dict):

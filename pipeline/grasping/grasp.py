@@ -1,4 +1,8 @@
-"""The grasping primitive: approach from above, close, lift, carry to a bin, let go, go home."""
+"""The grasping primitive: approach from above, close, lift and carry to a bin, let go, go home.
+
+The paper lifts and deposits in one motion (section III-F); `grasp.carry=two_motions` lifts straight
+up first and looks whether something was lifted before it goes on.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pipeline.grasping.arm import Arm, MotionAborted
+from pipeline.grasping.config import ONE_MOTION
+from pipeline.grasping.grip import Reach
 from pipeline.grasping.outcome import GraspReport
 
 Array = NDArray[np.float64]
@@ -21,6 +27,7 @@ class Grasp:
         arm.begin()
         self.arm, self.scene, self.config, self.grip = arm, arm.scene, arm.config, arm.grip
         self.report = GraspReport(motions=arm.motions, swung=arm.swung)
+        self._rest = np.inf  # height of the object when the fingers had closed [m]
 
     def run(self, place: ArrayLike) -> GraspReport:
         """Grasp what is believed to be at a place and bring it to the bin on its side.
@@ -32,9 +39,14 @@ class Grasp:
             What happened; never raises for a failed grasp.
         """
         try:
-            self._pick(np.asarray(place, dtype=np.float64))
-            if self.report.lifted:
-                self._deposit(np.asarray(place, dtype=np.float64))
+            believed = np.asarray(place, dtype=np.float64)
+            lifted = self._pick(believed)
+            if self.config.carry == ONE_MOTION:
+                self._lift_and_deposit(believed)
+            else:
+                self._lift(lifted)
+                if self.report.lifted:
+                    self._carry(believed)
             self.arm.go_home()
         except MotionAborted as reason:
             self.report.stopped = self.report.stopped or str(reason)
@@ -45,8 +57,8 @@ class Grasp:
         middle = float(np.mean(self.scene.config.area.y))
         return "left" if np.asarray(place)[1] > middle else "right"
 
-    def _pick(self, place: Array) -> None:
-        """Go to the object, close the fingers and lift straight up."""
+    def _pick(self, place: Array) -> Array:
+        """Go to the object and close the fingers; return the joints straight above it."""
         scene, grip = self.scene, self.grip
         before = scene.object_position()
         self.arm.get_ready()
@@ -63,18 +75,52 @@ class Grasp:
         self._close()
         scene.mark("closed")
         self._count_touching()
-        rest = scene.object_position()[2]
-        self.arm.move("lift", chosen.lifted)
-        scene.mark("after the lift")
+        self._rest = float(scene.object_position()[2])
+        return chosen.lifted
+
+    def _lift(self, lifted: Array) -> None:
+        """Lift straight up and see whether the object came along."""
+        self.arm.move("lift", lifted)
+        self.scene.mark("after the lift")
         self._count_touching()
-        risen = scene.object_position()[2] - rest
-        self.report.lifted = bool(
-            risen > self.config.lift_threshold and self.report.touching[-1] > 0
-        )
+        self.report.lifted = self._is_lifted()
         self.arm.holding = self.report.lifted
 
-    def _deposit(self, place: Array) -> None:
-        """Carry the object over the bin on its side, let go, and see where it comes to rest."""
+    def _carry(self, place: Array) -> None:
+        """Carry what was lifted over the bin on its side and let go."""
+        chosen = self._over_bin(place)
+        self.arm.move("transfer", chosen.joints, chosen.joints)
+        self._let_go()
+
+    def _lift_and_deposit(self, place: Array) -> None:
+        """Lift and carry over the bin on its side in one motion, and let go.
+
+        Nobody looks in between: the hand goes on if it holds nothing.
+        """
+        chosen = self._over_bin(place)
+        self.arm.watch = self._see_lift
+        try:
+            self.arm.move("deposit", chosen.joints, chosen.joints)
+        finally:
+            self.arm.watch = None
+            self.arm.holding = self.report.lifted
+        self._let_go()
+
+    def _see_lift(self) -> None:
+        """Note when the object is off the table and in the hand for the first time."""
+        if not self.report.lifted and self._is_lifted():
+            self.report.lifted = True
+            self._count_touching()
+            self.scene.mark("after the lift")
+
+    def _is_lifted(self) -> bool:
+        risen = self.scene.object_position()[2] - self._rest
+        if risen <= self.config.lift_threshold:
+            return False
+        return bool(self.scene.hand.touching(self.scene.object_id))
+
+    def _over_bin(self, place: Array) -> Reach:
+        """Where the hand lets go: over the bin on the side of a place."""
         scene, side = self.scene, self.side(place)
         if side not in scene.config.bins:
             raise MotionAborted(f"there is no {side} bin")
@@ -83,7 +129,11 @@ class Grasp:
         chosen = self.arm.reach(over, grip.release_yaws, 0.0)
         if chosen.error > grip.tolerance:
             raise MotionAborted(f"the {side} bin is out of reach by {1e3 * chosen.error:.0f} mm")
-        self.arm.move("transfer", chosen.joints, chosen.joints)
+        return chosen
+
+    def _let_go(self) -> None:
+        """Open the hand over the bin and see where the object comes to rest."""
+        scene = self.scene
         scene.mark("over the bin")
         self._count_touching()
         self.report.kept = self.report.touching[-1] > 0

@@ -45,7 +45,8 @@ class GraspReport:
         touching: Links of the hand on the object after closing, after the lift, after the carry.
         closing_s: Time the fingers took to stall [s].
         closing_share: Way of the joint that closed farthest, as a share of its range.
-        lifted: Whether the object was off the table and in the hand after the lift.
+        lifted: Whether the object was off the table and in the hand after the lift, or at some time
+            of a motion that lifts and deposits in one.
         kept: Whether it was still in the hand over the bin.
         released: Whether the hand was opened over the bin.
         clinging: Whether it stuck to the open hand all the same.
@@ -114,7 +115,7 @@ def measures(report: GraspReport) -> dict[str, Any]:
         "contacts_lifted": touching[1],
         "contacts_carried": touching[2],
     }
-    for name in ("approach", "lift", "transfer", "homeward"):
+    for name in ("approach", "lift", "transfer", "deposit", "homeward"):
         motion = report.motions.get(name)
         columns[f"{name}_plan_ms"] = np.nan if motion is None else 1e3 * motion.time_s
         columns[f"{name}_tip_error_mm"] = (

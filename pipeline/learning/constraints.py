@@ -100,12 +100,9 @@ def _link(
         )
     kinematics = make_link_kinematics(robot, goal.link, device)
     values = torch.tensor(goal.position if goal.pose is None else goal.pose, device=device)[None]
-    if goal.pose is None:
-        return lambda joints: (
-            train.position_weight
-            * position_loss(
-                kinematics(joints)[0], values.expand(len(joints), -1), train.position_beta
-            )
+    if goal.pose is None:  # weighted once, by its own weight: w_k L_k of equation 9
+        return lambda joints: position_loss(
+            kinematics(joints)[0], values.expand(len(joints), -1), train.position_beta
         )
     if abs(float(values[0, 3:].norm()) - 1) > QUATERNION_SLACK:
         raise ConstraintError(

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
+CLOSEST = 0.1  # share of the mean distance of waypoints in the parameter that any two have at least
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,10 @@ def time_scale(
 ) -> Trajectory:
     """Run through the waypoints as fast as the velocity limits allow, starting and ending at rest.
 
-    A cubic spline joins the waypoints; its parameter runs by `minimum_jerk`. The duration is the
+    A cubic spline joins the waypoints; its parameter runs by `minimum_jerk`. Waypoints lie as far
+    apart in that parameter as the slowest joint needs from one to the next (chord length, de Boor,
+    A Practical Guide to Splines, 1978, XVII): a jump between branches of solutions costs the time
+    that the joints need for it, not that of a motion slowed down throughout. The duration is the
     shortest one for which no joint exceeds its limit at any sample.
 
     Args:
@@ -75,7 +79,7 @@ def time_scale(
             "time scaling needs at least 2 waypoints and positive velocity limits, "
             f"got {len(path)} waypoints and limits {limit.tolist()}"
         )
-    spline = CubicSpline(np.linspace(0.0, 1.0, len(path)), path, bc_type="natural")
+    spline = CubicSpline(_knots(path, limit), path, bc_type="natural")
     # Fine enough that the peak speed between two samples is caught to a fraction of a percent.
     share = np.linspace(0.0, 1.0, 20 * len(path))
     position, rise = minimum_jerk(share)
@@ -84,3 +88,14 @@ def time_scale(
     time = np.arange(samples) / rate
     position, rise = minimum_jerk(time / time[-1])
     return Trajectory(time, spline(position), spline(position, 1) * rise[:, None] / time[-1])
+
+
+def _knots(path: Array, limit: Array) -> Array:
+    """Parameter of each waypoint in [0, 1], shape (S,): shares of the time that the joints need."""
+    needed = (np.abs(np.diff(path, axis=0)) / limit).max(axis=1)
+    total = needed.sum()
+    if total == 0.0:
+        return np.linspace(0.0, 1.0, len(path))
+    # Waypoints that coincide stay apart, or the spline would have no slope there.
+    spaced = np.maximum(needed, CLOSEST * total / len(needed))
+    return np.concatenate([[0.0], np.cumsum(spaced) / spaced.sum()])

@@ -47,6 +47,7 @@ NEURAL = (
     "ikflow",
     "eem",
 )
+MODELS = {"null_space_paper": "generator of the paper's authors"}  # where it is not the usual one
 OUTCOMES = {
     "success": "Success",
     "slipped": "Slipped",
@@ -63,7 +64,9 @@ def robot_title(name: str) -> str:
 
 def solver_title(name: str) -> str:
     """Return how a solver is written."""
-    solver = solver_of_rows(name)
+    solver, _, model = solver_of_rows(name).partition("@")
+    if model:
+        return f"{SOLVERS.get(solver, solver)}, {MODELS.get(model, model)}"
     return SOLVERS.get(solver, solver) + (", unpinned" if solver != name else "")
 
 

@@ -12,10 +12,12 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.data.files import write_text
+from pipeline.data.files import read_json, write_json, write_text
 from pipeline.presentation.columns import NOTHING, Cell, Column, absent
+from pipeline.presentation.origin import Origin
 
 MADE_BY = "made by `python -m pipeline report` from the raw rows; do not edit"
+ORIGINS = "provenance.json"  # beside tables: the origin of each by its name
 TEX_SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}"}
 TEX_SYMBOLS = {"σ": r"$\sigma$", "Δ": r"$\Delta$", "µ": r"$\mu$", "–": "--", "±": r"$\pm$"}
 TEX_SYMBOLS |= {"≤": r"$\le$", "×": r"$\times$", "−": "$-$", "°": r"$^\circ$", "…": r"\dots{}"}
@@ -32,6 +34,7 @@ class Table:
         columns: The columns.
         rows: Cells by row.
         notes: Remarks below the table.
+        origin: What made its rows; a table is not written without.
     """
 
     name: str
@@ -40,6 +43,7 @@ class Table:
     columns: list[Column]
     rows: list[list[Cell]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    origin: Origin | None = None
 
     @classmethod
     def of(
@@ -111,7 +115,7 @@ class Table:
         rules = ["---" if column.is_text else "---:" for column in self._typed()]
         lines = [heads, rules, *self.shown()]
         body = "\n".join("| " + " | ".join(_no_bar(c) for c in line) + " |" for line in lines)
-        notes = "".join(f"\n{note}  " for note in self.notes)
+        notes = "".join(f"\n{note}  " for note in self._remarks())
         return f"<!-- {MADE_BY} -->\n**{self.title}.** {self.caption}\n\n{body}\n{notes}\n"
 
     def to_latex(self) -> str:
@@ -125,7 +129,7 @@ class Table:
         rows = [[column.title for column in self.columns], *self.shown()]
         set_rows = [" & ".join(_tex(cell) for cell in row) + r" \\" for row in rows]
         lines += [set_rows[0], r"\midrule", *set_rows[1:], r"\bottomrule", r"\end{tabular}"]
-        lines += [rf"\\ \footnotesize {_tex(note)}" for note in self.notes]
+        lines += [rf"\\ \footnotesize {_tex(note)}" for note in self._remarks()]
         return "\n".join([*lines, r"\end{table*}", ""])
 
     def to_html(self) -> str:
@@ -152,7 +156,13 @@ class Table:
         return f"<table><thead>{head}<tr>{titles}</tr></thead><tbody>{body}</tbody></table>"
 
     def write(self, folder: Path) -> list[Path]:
-        """Write the table as CSV, Markdown and LaTeX."""
+        """Write the table as CSV, Markdown and LaTeX, and its origin into provenance.json there.
+
+        Raises:
+            ValueError: It does not say what made its rows.
+        """
+        if self.origin is None:
+            raise ValueError(f"table {self.name} does not say what made its rows: set its origin")
         makers: Sequence[tuple[str, Callable[[], str]]] = (
             ("csv", self.to_csv),
             ("md", self.to_markdown),
@@ -163,7 +173,11 @@ class Table:
             path = folder / f"{self.name}.{suffix}"
             write_text(path, make())
             paths.append(path)
+        write_origin(folder, self.name, self.origin)
         return paths
+
+    def _remarks(self) -> list[str]:
+        return [*self.notes, *([self.origin.sentence()] if self.origin else [])]
 
     def _typed(self) -> list[_Typed]:
         columns = zip(self.columns, zip(*self.rows, strict=True), strict=True) if self.rows else ()
@@ -189,6 +203,15 @@ class _Typed:
     def css(self) -> str:
         kind = "text" if self.is_text else "number"
         return f"{kind} start" if self.starts_group else kind
+
+
+def write_origin(folder: Path, name: str, origin: Origin) -> None:
+    """Add the origin of a table to those beside it; those of tables that are no more go."""
+    path = folder / ORIGINS
+    known = read_json(path) if path.exists() else {}
+    known[name] = origin.facts()
+    there = {other.stem for other in folder.glob("*.csv")}
+    write_json(path, {each: facts for each, facts in sorted(known.items()) if each in there})
 
 
 def _html(column: Column, text: str) -> str:

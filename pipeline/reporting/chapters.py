@@ -10,6 +10,7 @@ from pipeline.reporting.topics import (
     detector,
     experiments,
     grasps,
+    left_out,
     losses,
     outcomes,
     pairs,
@@ -47,7 +48,7 @@ CHAPTERS = (
         "paper",
         "Against the paper",
         "The paper's tables with this run beside them, in the paper's own metric.",
-        (paper.TOPIC,),
+        (paper.TOPIC, left_out.TOPIC),
     ),
     Chapter(
         "solvers",

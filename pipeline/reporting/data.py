@@ -26,6 +26,7 @@ class ReportData:
         pairs: Two solvers on the same poses, one line a pair.
         effects: One solver from home and from a neural seed, one line a batch size.
         config: Policies, confidence, looks.
+        profile: Of the run that asks; empty where nobody said.
     """
 
     results: Results
@@ -34,6 +35,7 @@ class ReportData:
     pairs: pd.DataFrame
     effects: pd.DataFrame
     config: ReportConfig
+    profile: str = ""
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,14 @@ class Plot:
 
 @dataclass(frozen=True)
 class Topic:
-    """Tables and figures of one topic; a table without rows is left out."""
+    """Tables and figures of one topic; a table without rows is left out.
+
+    Attributes:
+        tables: Make one table each.
+        plots: The figures.
+        stages: Whose rows the tables are made of: their origin stands with each table.
+    """
 
     tables: tuple[Callable[[ReportData], Table], ...] = ()
     plots: tuple[Plot, ...] = ()
+    stages: tuple[str, ...] = ("evaluate",)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pandas as pd
@@ -11,6 +11,7 @@ import pandas as pd
 from pipeline.data.files import write_json, write_text
 from pipeline.errors import MissingArtifactError
 from pipeline.presentation.naming import ordered_robots
+from pipeline.presentation.origin import Origin, origin_of
 from pipeline.presentation.published import Published, read_published
 from pipeline.presentation.style import save, styled
 from pipeline.presentation.table import Table
@@ -109,22 +110,38 @@ def load(
 ) -> ReportData:
     """Read the results and summarise their raw rows, one file at a time."""
     results = read_results(results_dir, profile)
-    lines = [summarise(rows, config) for rows in results.evaluate.values()]
+    lines = [
+        summarise(rows, config).assign(network=results.evaluated[key].get("network") or None)
+        for key, rows in results.evaluate.items()
+    ]
     summary = pd.concat(lines, ignore_index=True) if lines else pd.DataFrame()
     pairs = []
     for robot in ordered_robots(results.robots):
         mine = [results.evaluate[robot, solver] for solver in results.solvers(robot)]
         if len(mine) > 1:
             pairs.append(compare_solvers(pd.concat(mine, ignore_index=True), config))
-    return ReportData(
-        results, published, summary, _joined(pairs), _effects(results, config), config
-    )
+    effects = _effects(results, config)
+    return ReportData(results, published, summary, _joined(pairs), effects, config, profile)
 
 
 def make_tables(data: ReportData, topics: Sequence[Topic] = TOPICS) -> list[Table]:
     """Make every table of some topics that has rows, in the order of the report."""
-    made = [make(data) for topic in topics for make in topic.tables]
+    made = [
+        replace(make(data), origin=_origin(data, topic))
+        for topic in topics
+        for make in topic.tables
+    ]
     return [table for table in made if table.rows]
+
+
+def _origin(data: ReportData, topic: Topic) -> Origin:
+    """What made the rows of a topic's tables."""
+    results = data.results
+    cards = [card for stage in topic.stages for card in results.cards.get(stage, [])]
+    named = {card.get("profile") for card in results.evaluated.values()} - {None}
+    profile = data.profile or (str(*named) if len(named) == 1 else "")
+    chosen = f" profile={profile}" if profile else ""
+    return origin_of(f"python -m pipeline report{chosen}", cards, profile)
 
 
 def draw_figures(data: ReportData, topics: Sequence[Topic], folder: Path) -> list[Illustration]:

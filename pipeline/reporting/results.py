@@ -13,6 +13,7 @@ import yaml
 
 from pipeline.data.files import read_json
 from pipeline.data.tables import read_metadata, read_table
+from pipeline.provenance import SIGNATURE
 from pipeline.reporting.sweeps import SweptRun, read_sweeps
 
 Content = TypeVar("Content")
@@ -21,6 +22,7 @@ PICTURES = (".png", ".gif")
 VIDEOS = (".mp4",)
 SMOKE = "smoke"  # the profile whose networks see a few hundred steps
 SEEDED = "seeded_by_"  # folders of rows that started from another solver's answers
+LEFT_OUT = "left_out.json"  # written by `python -m pipeline paper`
 JOINT = re.compile(r"q\d+")
 STAGES = ("dataset", "tune", "train", "evaluate", "plan", "grasp")
 # Made on demand: nothing is missing where they did not run.
@@ -48,6 +50,8 @@ class Results:
         compare_tuned: Trainings of the best of a search and its rivals, by robot.
         detector: Raw rows on held-out pictures and the least score in use, by robot.
         media: Pictures and videos of a stage, by (stage, robot).
+        left_out: What a whole run did not run, with the hours of one core that it would take.
+        cards: Provenance of each file of rows, by stage.
         notes: What is missing or could not be read, one sentence each.
     """
 
@@ -69,7 +73,15 @@ class Results:
     compare_tuned: dict[str, pd.DataFrame] = field(default_factory=dict)
     detector: dict[str, tuple[pd.DataFrame, float]] = field(default_factory=dict)
     media: dict[tuple[str, str], list[Path]] = field(default_factory=dict)
+    left_out: list[dict[str, Any]] = field(default_factory=list)
+    cards: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+
+    def keep_card(self, path: Path) -> dict[str, Any]:
+        """Keep the provenance of a file of rows under its stage, and return it."""
+        facts = read_metadata(path)
+        self.cards.setdefault(path.relative_to(self.folder).parts[0], []).append(facts)
+        return facts
 
     @property
     def robots(self) -> list[str]:
@@ -98,6 +110,7 @@ def read_results(folder: Path, profile: str = "") -> Results:
     """
     results = Results(folder)
     results.swept, unread = read_sweeps(folder)
+    results.cards["sweep"] = [run.card for run in results.swept]
     results.notes += unread
     for stage in (*STAGES, *EXPERIMENTS):
         robots = _folders(folder / stage)
@@ -109,6 +122,10 @@ def read_results(folder: Path, profile: str = "") -> Results:
             media = [p for p in media if p.suffix != ".gif" or p.with_suffix(".mp4") not in media]
             if media:
                 results.media[stage, place.name] = media
+    if (folder / LEFT_OUT).exists():
+        written: dict[str, Any] = _try(results, folder / LEFT_OUT, read_json) or {}
+        results.left_out = list(written.pop("left_out", []))
+        results.cards[LEFT_OUT] = [written]
     profiles = {profile, folder.name, *(f.get("profile") for f in results.evaluated.values())}
     if SMOKE in profiles:
         results.notes.insert(
@@ -128,6 +145,7 @@ def _read_tune(results: Results, place: Path) -> None:
     best = _try(results, place / "best.yaml", _read_yaml)
     if trials is not None:
         results.tune[place.name] = (trials, best or {})
+        results.cards.setdefault("tune", []).append(_signature(results, place))
 
 
 def _read_train(results: Results, place: Path) -> None:
@@ -137,6 +155,7 @@ def _read_train(results: Results, place: Path) -> None:
         if card is not None:
             empty = pd.DataFrame()
             results.train[place.name, model.name] = (card, empty if curve is None else curve)
+            results.cards.setdefault("train", []).append({**card, **_signature(results, model)})
 
 
 def _read_evaluate(results: Results, place: Path) -> None:
@@ -144,12 +163,12 @@ def _read_evaluate(results: Results, place: Path) -> None:
         rows = _raw_rows(results, path)
         if rows is not None:
             results.evaluate[place.name, path.stem] = rows
-            results.evaluated[place.name, path.stem] = read_metadata(path)
+            results.evaluated[place.name, path.stem] = results.keep_card(path)
     for path in _files(place, f"{SEEDED}*/*.parquet"):
         rows = _raw_rows(results, path)
         if rows is not None:
             seeder = path.parent.name.removeprefix(SEEDED)
-            results.seeded[place.name, path.stem, seeder] = (rows, read_metadata(path))
+            results.seeded[place.name, path.stem, seeder] = (rows, results.keep_card(path))
 
 
 def _raw_rows(results: Results, path: Path) -> pd.DataFrame | None:
@@ -162,8 +181,12 @@ def _raw_rows(results: Results, path: Path) -> pd.DataFrame | None:
 
 
 def _read_plan(results: Results, place: Path) -> None:
-    frames = [_try(results, path, read_table) for path in _files(place, "*.parquet")]
-    wanted = [frame for frame in frames if frame is not None and "pair" in frame.columns]
+    wanted = []
+    for path in _files(place, "*.parquet"):
+        frame = _try(results, path, read_table)
+        if frame is not None and "pair" in frame.columns:
+            wanted.append(frame)
+            results.keep_card(path)
     if wanted:
         results.plan[place.name] = pd.concat(wanted, ignore_index=True)
 
@@ -171,7 +194,7 @@ def _read_plan(results: Results, place: Path) -> None:
 def _read_detector(results: Results, place: Path) -> None:
     rows = _try(results, place / "errors.parquet", read_table)
     if rows is not None and len(rows):
-        threshold = read_metadata(place / "errors.parquet")["threshold"]
+        threshold = results.keep_card(place / "errors.parquet")["threshold"]
         results.detector[place.name] = (rows, float(threshold))
 
 
@@ -180,6 +203,7 @@ def _keep(results: Results, found: dict[Key, pd.DataFrame], key: Key, path: Path
     rows = _try(results, path, read_table)
     if rows is not None and len(rows):
         found[key] = rows
+        results.keep_card(path)
 
 
 def _keep_each(
@@ -209,6 +233,13 @@ READERS: dict[str, Callable[[Results, Path], None]] = {
     "compare_tuned": lambda r, p: _keep(r, r.compare_tuned, p.name, p / "trainings.parquet"),
     "detector": _read_detector,
 }
+
+
+def _signature(results: Results, place: Path) -> dict[str, Any]:
+    """When and at which commit a folder was made; empty where it is older than that."""
+    return (
+        _try(results, place / SIGNATURE, read_json) if (place / SIGNATURE).exists() else {}
+    ) or {}
 
 
 def _try(results: Results, path: Path, reader: Callable[[Path], Content]) -> Content | None:

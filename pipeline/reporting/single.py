@@ -6,13 +6,15 @@ from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
-from pipeline.data.tables import read_table
+from pipeline.data.tables import read_metadata, read_table
 from pipeline.errors import MissingArtifactError, PipelineError
 from pipeline.evaluation.config import solver_of_rows
 from pipeline.presentation.naming import NEURAL
+from pipeline.presentation.origin import origin_of
 from pipeline.presentation.published import Published
 from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig
@@ -59,7 +61,9 @@ def paper_table(
             and (not solvers or solver_of_rows(path.stem) in solvers)
         )
         if paths:
-            table = make(_summary(paths, config), published)
+            cards = [read_metadata(path) for path in paths]
+            table = make(_summary(paths, cards, config), published)
+            table.origin = origin_of(f"python -m pipeline table {name}", cards)
             robots = sorted({path.parent.name for path in paths})
             table.notes.append(f"Rows: {folder.name}/evaluate, {', '.join(robots)}.")
             return table, folder
@@ -69,9 +73,15 @@ def paper_table(
     )
 
 
-def _summary(paths: Sequence[Path], config: ReportConfig) -> pd.DataFrame:
+def _summary(
+    paths: Sequence[Path], cards: Sequence[dict[str, Any]], config: ReportConfig
+) -> pd.DataFrame:
     """Summarise rows one file at a time; bootstrap intervals are in neither table."""
     plain = replace(config, resamples=1)
     with ThreadPoolExecutor(READERS) as pool:
         lines = pool.map(lambda path: summarise(read_table(path), plain), paths)
-        return pd.concat(lines, ignore_index=True)
+        named = [
+            line.assign(network=card.get("network") or None)
+            for line, card in zip(lines, cards, strict=True)
+        ]
+        return pd.concat(named, ignore_index=True)

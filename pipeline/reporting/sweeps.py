@@ -11,6 +11,7 @@ import pandas as pd
 
 from pipeline.data.files import read_json
 from pipeline.data.tables import read_table
+from pipeline.provenance import SIGNATURE
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,7 @@ class SweptRun:
 
     Attributes:
         folder: Results folder of the run.
-        card: Card of the weights.
+        card: Card of the weights, with day and commit where they were recorded.
         curve: Errors on the validation set while it was trained.
     """
 
@@ -70,10 +71,12 @@ def read_sweeps(folder: Path) -> tuple[list[SweptRun], list[str]]:
     runs, notes = [], []
     for path in sorted((folder / "sweep").glob("*/train/*/*/card.json")):
         try:
-            card = read_json(path)
+            card = dict(read_json(path))
+            if (signed := path.with_name(SIGNATURE)).exists():
+                card |= read_json(signed)
             _ = card["robot"], card["config"]["train"], card["config"]["model"]["name"]
             curve = pd.read_csv(path.with_name("curve.csv"))
-            runs.append(SweptRun(path.parents[3], dict(card), curve))
+            runs.append(SweptRun(path.parents[3], card, curve))
         except (ValueError, OSError) as error:
             notes.append(f"{path.relative_to(folder)} could not be read: {error}.")
     return runs, notes

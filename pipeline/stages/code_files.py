@@ -24,16 +24,17 @@ def file_name(step: Step, solver: str) -> str:
     return f"{step.name}-{solver}.json" if "solver" in step.over else f"{step.name}.json"
 
 
-def roots(step: Step, solver: str = "") -> tuple[str, ...]:
+def roots(step: Step, solver: str = "", config: Config | None = None) -> tuple[str, ...]:
     """Return the modules whose closure a step runs: its stage, solvers, and networks.
 
     Args:
         step: Of the graph.
         solver: Value of the axis of that name, where the step has one.
+        config: Of the run; that of conf/bench.yaml where left out.
     """
     stage = STAGES[step.stage]
-    names = [solver] if "solver" in step.over else stage.solver_names(_composed(""))
-    kinds = [_composed(step.model).model.kind] if "train" in stage.groups else []
+    names = [solver] if "solver" in step.over else stage.solver_names(config or _composed(""))
+    kinds = [(config or _composed(step.model)).model.kind] if "train" in stage.groups else []
     networks = [module for kind in kinds for module in declared_modules(kind)]
     return (stage.module, *solver_modules([*names, *step.settings]), *networks)
 

@@ -35,7 +35,7 @@ def run(config: Config) -> list[Path]:
     data = dataset_of(config)
     sets = read_split(data, "train", robot), read_split(data, "validation", robot)
     path = folders.compare_tuned(robot.name)
-    facts = {**provenance.made_by(), "commit": provenance.commit(), "profile": config.profile}
+    facts = {**provenance.made_by(), **provenance.signature(config.profile)}
     facts |= {"comparison": to_dict(config.tune.comparison), "seed": config.seed}
 
     def keep(rows: pd.DataFrame) -> None:

@@ -72,7 +72,9 @@ def run(config: Config) -> list[Path]:
             threshold=config.perception.threshold,
             curve=trained.curve,
         )
-        write_table(folder / "errors.parquet", rows, {**card, "commit": provenance.commit()})
+        write_table(
+            folder / "errors.parquet", rows, {**card, **provenance.signature(config.profile)}
+        )
         write_json(folder / "metrics.json", {**metrics, **times})
         draw_errors(folder, rows, names)
         sure = EmbeddedDetector(trained.network, config.perception)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import yaml
 
+from pipeline.config import bench_lists, has_own_lists
 from pipeline.stages.code_files import FOLDER, file_name
 from pipeline.stages.graph import STEPS, Output, Step
-from pipeline.stages.parameters import MODEL, PROFILE, ROBOT, WHOLE, parameters
+from pipeline.stages.parameters import MODEL, PROFILE, ROBOT, TUNE, WHOLE, parameters
 
 CODE = "code"  # the stage that runs always and says what code the others depend on
+BENCH = "conf/bench.yaml"
 RESULTS = f"results/{PROFILE}"
 LIBRARIES = "requirements.lock"
 HEADER = """\
@@ -22,9 +25,24 @@ HEADER = """\
 
 
 def dvc_yaml() -> str:
-    """Return the text of dvc.yaml."""
-    stages = {CODE: _code_stage()} | {step.name: _stage(step) for step in STEPS.values()}
-    content = {"vars": ["conf/bench.yaml"], "stages": stages}
+    """Return the text of dvc.yaml, for the profile and with the lists of conf/bench.yaml.
+
+    A profile with lists of its own has all values in dvc.yaml, since DVC lets no file stand in
+    place of another. A step over an empty list is left out: DVC knows no empty matrix.
+    """
+    bench = bench_lists()
+    taken = {
+        step.name: step for step in STEPS.values() if all(bench[v] for v in step.over.values())
+    }
+    stages = {CODE: _code_stage()} | {name: _stage(step, taken) for name, step in taken.items()}
+    used = {
+        MODEL,
+        PROFILE,
+        TUNE,
+        *(f"${{{name}}}" for s in taken.values() for name in s.over.values()),
+    }
+    own = {key: value for key, value in bench.items() if f"${{{key}}}" in used}
+    content = {"vars": [own] if has_own_lists(bench["profile"]) else [BENCH], "stages": stages}
     return HEADER + yaml.dump(content, Dumper=_Dumper, sort_keys=False, width=1000)
 
 
@@ -48,16 +66,18 @@ def _code_stage() -> dict[str, Any]:
     }
 
 
-def _stage(step: Step) -> dict[str, Any]:
+def _stage(step: Step, taken: Mapping[str, Step]) -> dict[str, Any]:
     matrix = {axis: f"${{{name}}}" for axis, name in step.over.items()}
     axes = {axis: f"${{item.{axis}}}" for axis in step.over}
     command = ["python -m pipeline", step.stage, *step.command(axes), f"profile={PROFILE}"]
     if _own_model(step):
         command.append(f"model={MODEL}")
+    if any(TUNE in file for file in parameters(step)):
+        command.append(f"tune={TUNE}")
     stage: dict[str, Any] = {"matrix": matrix} if matrix else {}
     stage |= {
         "cmd": " ".join(command),
-        "deps": _dependencies(step, axes),
+        "deps": _dependencies(step, axes, taken),
         "params": [
             {file: None if keys == WHOLE else list(keys)} for file, keys in parameters(step).items()
         ],
@@ -73,13 +93,13 @@ def _own_model(step: Step) -> bool:
     return not step.model and any(MODEL in file for file in parameters(step))
 
 
-def _dependencies(step: Step, axes: dict[str, str]) -> list[str]:
+def _dependencies(step: Step, axes: dict[str, str], taken: Mapping[str, Step]) -> list[str]:
     """Code, libraries, the robot, and what earlier steps leave for the same values of the axes."""
     found = [f"{FOLDER}/{file_name(step, axes.get('solver', ''))}", LIBRARIES, *step.files]
     if "robot" in axes:
         found += [f"robots/{ROBOT}/robot.yaml", f"robots/{ROBOT}/{ROBOT}.urdf"]
     for name in step.inputs:
-        for output in STEPS[name].outputs:
+        for output in taken[name].outputs if name in taken else ():
             if output.read or not axes:
                 found.append(_where(output.path, axes))
     return list(dict.fromkeys(found))

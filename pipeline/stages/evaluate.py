@@ -19,7 +19,7 @@ from pipeline.evaluation.config import HOME, row_name
 from pipeline.evaluation.runner import count_poses, evaluate_solver
 from pipeline.evaluation.task import EvaluationTask
 from pipeline.progress import LOGGER, bar
-from pipeline.solvers import check_budgets, check_seeder, solvers_for, weights_origin
+from pipeline.solvers import check_budgets, check_seeder, network_of, solvers_for, weights_origin
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from pipeline.stages.solvers import code_of, solver_of
 from robots import Robot
@@ -100,8 +100,8 @@ def _evaluate(task: EvaluationTask, config: Config) -> Path:
             return path
         with bar(count_poses(task, config.evaluate), "pose", title.replace("-", " ")) as shown:
             rows = evaluate_solver(task, config.evaluate, cache, shown.update)
-        facts = {**provenance.made_by(), "commit": provenance.commit(), **key}
-        facts["weights"] = weights_origin(task.solver)
+        facts = {**provenance.made_by(), **provenance.signature(config.profile), **key}
+        facts |= {"weights": weights_origin(task.solver), "network": network_of(task.solver)}
         write_table(path, rows, facts)
         clear_chunks(cache)
     return path

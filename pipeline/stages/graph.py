@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.artifacts import Artifacts
+from pipeline.provenance import SIGNATURE
 
 if TYPE_CHECKING:
     from pipeline.settings import Config
@@ -167,7 +168,8 @@ class Step:
         overrides: Of the command, with the axes' names in braces.
         model: Choice of conf/model that it trains or reads; empty for the run's own.
         choices: Choices of other groups than those of conf/config.yaml, by group.
-        without: Groups that its stage reads in other runs, but not in this one.
+        without: Groups that its stage reads in other runs, but not in this one; where `choices` has
+            one of them, no user chooses otherwise.
         settings: Solvers whose settings count although the command does not name them.
         files: Further files that it reads, below the checkout.
     """
@@ -223,6 +225,7 @@ def _training(name: str, over: str, model: str, title: str) -> Step:
         outputs=(
             *(Output(_path(folder, file), read=True) for file in _TRAINED),
             Output(_path(folder, "other.safetensors")),
+            Output(_path(folder, SIGNATURE)),
             Output(_path(folder, "metrics.json"), kind="metric"),
             Output(_path(folder, "curve.csv"), kind="plot", plot=curve),
         ),
@@ -305,6 +308,10 @@ _BEFORE_REPORT = (
         "grasp",
         over={"robot": "grasp_robots"},
         inputs=("train",),
+        choices={
+            "perception": "perfect",
+            "agent": "none",
+        },  # the plain series, whatever the profile
         without=("perception", "agent"),
         settings=("lm",),
         outputs=(Output(_path(_FOLDERS.grasp("{robot}"))),),
@@ -341,7 +348,8 @@ def runs(lists: Mapping[str, list[str]]) -> Iterator[tuple[Step, dict[str, str]]
     """Yield each step with the values of its axes, robot by robot, the report at the end.
 
     Args:
-        lists: Lists of conf/bench.yaml; robots that are not in ``robots`` are left out.
+        lists: Lists of conf/bench.yaml and of the profile; robots that are not in ``robots`` are
+            left out.
     """
     for robot in lists["robots"]:
         for step in STEPS.values():

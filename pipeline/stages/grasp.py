@@ -24,15 +24,16 @@ from pipeline.embodiment.loading import (
     setting_name,
 )
 from pipeline.embodiment.series import AgentSeries
-from pipeline.errors import ConfigError
+from pipeline.errors import ConfigError, PerceptionError
 from pipeline.evaluation.cache import solver_identity
 from pipeline.grasping import ablation
 from pipeline.grasping.ablation import Study
 from pipeline.grasping.outcome import SUCCESS
 from pipeline.grasping.series import KEY, Series
 from pipeline.grasping.trial import required_scene
+from pipeline.perception.camera import mounted
 from pipeline.progress import bar
-from pipeline.solvers import check_solvers
+from pipeline.solvers import check_solvers, network_of
 from pipeline.stages.grasp_units import load_runner, run_units
 from pipeline.stages.inputs import artifacts, robot_of
 from pipeline.stages.solvers import code_of
@@ -47,8 +48,17 @@ def check(config: Config) -> None:
     robot = robot_of(config)
     required_scene(config.grasp, robot.name)
     check_solvers(config.grasp.solvers_by_key(), robot)
+    if config.perception.source == "camera":
+        _check_camera(robot)
     if config.grasp.ablation is not None and is_embodied(config):
         raise ConfigError("a study of grasps needs perception=perfect and agent=none")
+
+
+def _check_camera(robot: Robot) -> None:
+    try:
+        mounted(robot)
+    except PerceptionError as error:
+        raise PerceptionError(f"{error}; without one: perception=perfect agent=none") from error
 
 
 def run(config: Config) -> list[Path]:
@@ -84,7 +94,8 @@ def _trials(config: Config, runner: Series | AgentSeries, folder: Path, made: _K
         folder.mkdir(parents=True, exist_ok=True)
         runner.film(rows, folder)
         card = _card(config, robot)
-        write_table(folder / "trials.parquet", rows, {**card, **facts})
+        signed = {**provenance.signature(config.profile), "network": made.network}
+        write_table(folder / "trials.parquet", rows, {**card, **facts, **signed})
         counts = {str(name): int(count) for name, count in rows["class"].value_counts().items()}
         write_json(folder / "metrics.json", counts)
         write_json(folder / "card.json", {**card, "config": {**card["config"], **facts}})
@@ -105,7 +116,9 @@ def _study(config: Config, study: Study) -> list[Path]:
             rows = study.run(kept, progress)
         folder.mkdir(parents=True, exist_ok=True)
         study.film(rows, folder)
-        write_table(folder / f"{name}.parquet", rows, {**_card(config, series.robot), **made.facts})
+        signed = {**provenance.signature(config.profile), "network": made.network}
+        card = {**_card(config, series.robot), **made.facts, **signed}
+        write_table(folder / f"{name}.parquet", rows, card)
         kept.clear()
     return [folder / f"{name}.parquet"]
 
@@ -126,6 +139,7 @@ class _Kept:
         self.facts: dict[str, Any] = {"grasp": grasp, "seed": config.seed, **(more or {})}
         solvers = [each for each in (series.solver, series.repair) if each is not None]
         who = [solver_identity(each) for each in solvers]
+        self.network = ", ".join(filter(None, map(network_of, solvers)))
         code = code_of(__name__, config.grasp.solvers_by_key(), config)
         made_with = [self.facts, self.robot.urdf_checksum, who, eyes, provenance.versions(), code]
         name = f"{kind}-{self.robot.name}-{provenance.digest(made_with)}.jsonl"

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 WITHOUT_EFFECT = ("engine",)  # groups that say where a stage runs, not what it makes
 WHOLE: tuple[str, ...] = ()  # every key of a file counts
 ROBOT, MODEL, PROFILE = "${item.robot}", "${model}", "${profile}"  # as dvc.yaml fills them in
+TUNE = "${tune}"  # likewise
 Parameters = dict[str, tuple[str, ...]]
 
 
@@ -58,6 +59,8 @@ def _choice(group: str, step: Step) -> str:
         return ROBOT
     if group in ("model", "train"):  # a recipe goes by the name of its model
         return step.model or MODEL
+    if group == "tune":
+        return TUNE
     return step.choices.get(group) or _defaults()[group]
 
 
@@ -130,9 +133,20 @@ def _profiled(groups: tuple[str, ...]) -> tuple[str, ...] | None:
     ]
     has = {group: [_has(values, group) for values in profiles] for group in groups}
     some = tuple(sorted(group for group in groups if any(has[group])))
+    if {*groups} & {root for values in profiles for root in _chosen_inside(values)}:
+        some = (*some, "defaults")
+        has["defaults"] = [_has(values, "defaults") for values in profiles]
     if not some:
         return None
     return some if all(all(has[group]) for group in some) else WHOLE
+
+
+def _chosen_inside(profile: Any) -> Iterator[str]:
+    """Groups inside which a profile chooses a file: plan by `override /motion@plan.motion`."""
+    for entry in profile.get("defaults", []):
+        for place in entry if isinstance(entry, dict) else ():
+            if "@" in place:
+                yield place.partition("@")[2].split(".")[0]
 
 
 def _has(values: Any, key: str) -> bool:

@@ -25,7 +25,7 @@ from pipeline.planning.benchmark import (
 from pipeline.planning.figures import write_figures, write_route
 from pipeline.progress import bar
 from pipeline.seeding import derive_seed
-from pipeline.solvers import check_solvers
+from pipeline.solvers import check_solvers, network_of
 from pipeline.stages.inputs import artifacts, robot_of
 from pipeline.stages.solvers import code_of, solver_of
 
@@ -73,9 +73,11 @@ def run(config: Config) -> list[Path]:
             config=config,
             robot=robot.name,
             pairs_seed=seed,
-            commit=provenance.commit(),
+            **provenance.signature(config.profile),
         )
-        write_table(folder / "plans.parquet", rows, {**card, "plan": to_dict(config.plan)})
+        used = [network_of(each) for each in solvers.values()]
+        facts = {"plan": to_dict(config.plan), "network": ", ".join(filter(None, used))}
+        write_table(folder / "plans.parquet", rows, {**card, **facts})
         write_json(folder / "card.json", card)
         kept.clear()
     return [folder]

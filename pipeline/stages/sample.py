@@ -13,7 +13,7 @@ from pipeline.data.files import replacing
 from pipeline.data.tables import write_table
 from pipeline.evaluation.cache import solver_identity
 from pipeline.evaluation.sampling import sample_rows, sampler_of
-from pipeline.solvers import check_solvers
+from pipeline.solvers import check_solvers, network_of, sampling_name
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
 from pipeline.stages.solvers import solver_of
 
@@ -33,12 +33,13 @@ def run(config: Config) -> list[Path]:
     poses = read_split(dataset_of(config), "test", robot).poses[: wanted.poses]
     solver = solver_of(wanted.solver, robot, config)
     sampler_of(solver)
-    path = artifacts(config).sample(robot.name, wanted.solver)
+    path = artifacts(config).sample(robot.name, sampling_name(wanted.solver, config))
     with exclusive(path):
         rows = sample_rows(robot, solver, poses, wanted, config.evaluate.limit_slack)
-        facts = {**provenance.made_by(), "commit": provenance.commit(), "seed": config.seed}
+        facts = {**provenance.made_by(), **provenance.signature(config.profile)}
+        facts |= {"seed": config.seed, "network": network_of(solver)}
         facts |= {"sample": to_dict(wanted), "solver_identity": solver_identity(solver)}
-        write_table(path, rows, {**facts, "profile": config.profile})
+        write_table(path, rows, facts)
         if not wanted.postures or robot.description.picture is None:
             return [path]
         from robots.picture import draw_overlay  # PyBullet takes a second to load

@@ -100,6 +100,7 @@ def _write(
     }
     write_text(folder / "curve.csv", pd.DataFrame(progress.curve).to_csv(index=False))
     write_json(folder / "metrics.json", metrics)
+    write_json(folder / provenance.SIGNATURE, provenance.signature(config.profile))
     card = provenance.card(
         "model",
         "train",

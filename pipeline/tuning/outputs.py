@@ -14,8 +14,10 @@ from pipeline.containers import to_dict
 from pipeline.data.files import write_json, write_text
 from pipeline.errors import PipelineError
 from pipeline.locations import published_results
+from pipeline.presentation.origin import origin_of
 from pipeline.presentation.published import read_published
 from pipeline.presentation.table import Table
+from pipeline.provenance import SIGNATURE, made_by, signature
 from pipeline.tuning.figures import write_figures
 from pipeline.tuning.hyperparameters import Hyperparameters, found_hyperparameters
 from pipeline.tuning.journal import WORKER
@@ -52,7 +54,13 @@ def write_outputs(study: Study, folder: Path, config: Config) -> None:
     }
     write_json(folder / METRICS, metrics)
     write_figures(study, folder, config.robot.name)
-    _like_table_one(study, config).write(folder)
+    signed = {**made_by(), **signature(config.profile), "seed": config.seed}
+    write_json(folder / SIGNATURE, signed)
+    table = _like_table_one(study, config)
+    table.origin = origin_of(
+        f"python -m pipeline tune robot={config.robot.name} profile={config.profile}", [signed]
+    )
+    table.write(folder)
 
 
 def write_trials(study: Study, folder: Path) -> None:

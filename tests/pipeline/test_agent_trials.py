@@ -26,9 +26,10 @@ from tests.fake_endpoint import FakeEndpoint
 from tests.faulty_perception import Faulty
 from tests.physics_guard import guard
 
-CONFIG = compose(["profile=smoke", "robot=panda", "agent=policy"])
+CONFIG = compose(["profile=smoke", "robot=panda", "agent=policy", "experiment=refined_grasp"])
 BANANA = "banana</grasp><grasp>orange"  # a name that would speak, were it not made harmless
-TIMES = ("wall_s", "approach_plan_ms", "lift_plan_ms", "transfer_plan_ms", "homeward_plan_ms")
+MOTIONS = ("approach", "lift", "transfer", "deposit", "homeward")
+TIMES = ("wall_s", *(f"{name}_plan_ms" for name in MOTIONS))
 
 
 def experiment(

@@ -57,7 +57,9 @@ class Terminal:
 
 def converse(results: Path, robot: str) -> list[str]:
     """Say two sentences to a robot; what it showed after the first, line by line."""
-    terminal = Terminal("chat", f"robot={robot}", f"results_dir={results}", "profile=smoke")
+    solver = ["experiment=refined_grasp", "grasp.solver=lm"]  # smoke trains a network of no use
+    run = [f"robot={robot}", f"results_dir={results}", "profile=smoke"]
+    terminal = Terminal("chat", *run, *solver)
     try:
         assert "banana" in terminal.wait_for("quit` ends.\r\n> ")
         terminal.type("grasp the banana, then point at the orange")

@@ -67,6 +67,8 @@ def test_robots_solvers_and_doctor(capsys: pytest.CaptureFixture[str]) -> None:
         (["train", "--fast"], "no option '--fast'"),
         (["evaluate", "evaluate.solvers=[placco]", "profile=smoke"], "did you mean 'placo'"),
         (["grasp", "robot=valkyrie", "profile=smoke"], "no grasp scene"),
+        (["grasp", "robot=panda", "profile=paper"], "perception=perfect agent=none"),
+        (["paper", "hours=soon"], "hours must be a number greater than 0"),
         (["compare", "tests"], "required: B"),
         (["compare", "nowhere", "nowhere"], "there is no folder nowhere"),
         (["robot", "add", "x.urdf"], "x.urdf: no such file"),

@@ -14,8 +14,10 @@ from pipeline.grasping.trial import run_trial
 from robots import load_robot
 from tests.physics_guard import guard
 
-CONFIG = compose(["profile=smoke"]).grasp
-TIMES = ("wall_s", "approach_plan_ms", "lift_plan_ms", "transfer_plan_ms", "homeward_plan_ms")
+CONFIG = compose(["profile=smoke", "experiment=refined_grasp"]).grasp
+PAPER = compose(["profile=smoke"]).grasp  # one motion lifts and deposits, and nobody looks
+MOTIONS = ("approach", "lift", "transfer", "deposit", "homeward")
+TIMES = ("wall_s", *(f"{name}_plan_ms" for name in MOTIONS))
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +55,24 @@ def test_nothing_is_glued_or_put_anywhere_once_the_world_runs(each, monkeypatch)
     assert row["class"] == SUCCESS, row["reason"]
     assert row["contacts_lifted"] >= 2
     assert len(running) > 1000
+
+
+def test_one_motion_lifts_and_deposits(each):
+    row = run_trial(PAPER, *each, number=1, seed=0)
+    assert row["class"] == SUCCESS, row["reason"]
+    assert row["lifted"]
+    assert row["contacts_lifted"] >= 2
+    assert row["deposit_plan_ms"] > 0
+    assert row["swung"] == ""
+    assert (row["lift_flips"], row["transfer_flips"]) == (-1, -1), "motions that were not made"
+
+
+def test_one_motion_without_anything_in_the_hand_goes_on(panda):
+    scene = PAPER.scenes["panda"]
+    weak = replace(scene, hand=replace(scene.hand, tension=0.0))
+    row = run_trial(replace(PAPER, scenes={**PAPER.scenes, "panda": weak}), *panda, 1, 0)
+    assert (row["class"], row["reason"]) == (NOT_GRASPED, "the hand did not close")
+    assert row["deposit_plan_ms"] > 0
 
 
 def test_the_wrapper_would_notice(panda, monkeypatch):

@@ -18,7 +18,10 @@ from robots import Robot
 
 
 class NullSpaceGenerator(IkNetwork):
-    """A network that draws solutions of a pose (section III-D of the paper, its GAN).
+    """A network that draws solutions of a pose (section III of the paper, before III-A).
+
+    The paper calls its method a "generative adversarial network"; its authors' code has no
+    discriminator and neither has this: a generator, the loss of the cycle, a pull on the variance.
 
     The noise has as many values as the robot has joints and is uniform in [0, 1).
 

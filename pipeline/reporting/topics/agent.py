@@ -154,6 +154,7 @@ def _link(row: dict[str, Cell], name: str) -> Cell:
 
 
 TOPIC = Topic(
+    stages=("grasp_agent",),
     tables=(
         lambda data: agent_grasping(data.results, data.published, data.config),
         lambda data: agent_sight(data.results),

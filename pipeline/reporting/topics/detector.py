@@ -44,4 +44,4 @@ def detectors(results: Results) -> Table:
     )
 
 
-TOPIC = Topic(tables=(lambda data: detectors(data.results),))
+TOPIC = Topic(tables=(lambda data: detectors(data.results),), stages=("detector",))

@@ -17,6 +17,8 @@ from pipeline.presentation.table import Table
 from pipeline.reporting.data import Topic
 from pipeline.reporting.results import Results
 from pipeline.reporting.sweeps import SweptRun, alike
+from robots import load_robot
+from robots.kinematics import forward_kinematics
 
 ANSWERING = "cycleik"  # the solver whose answers show what a secondary goal does
 WIDE_RAD = 0.2  # a joint whose solutions spread by that much moves visibly
@@ -68,9 +70,29 @@ class Constrained:
 
     @property
     def reduction(self) -> float | None:
-        """How many times nearer to the goal it is than without it."""
+        """How many times nearer to the goal the joints are than without it."""
         free = None if self.free is None else self.free.distance
         return free / self.distance if self.distance and free is not None else None
+
+    @cached_property
+    def link_distance(self) -> float | None:
+        """Mean distance of all links with a goal from its position [mm]; None where none has."""
+        goals = [goal for goal in self.run.train["constraints"] if goal.get("link") is not None]
+        if not goals:
+            return None
+        robot, distances = load_robot(self.robot), []
+        joints = self.rows[[f"q{number}" for number in range(robot.dof)]].to_numpy(dtype=float)
+        for goal in goals:
+            place = goal["position"] if goal.get("pose") is None else goal["pose"][:3]
+            reached = forward_kinematics(robot.chain_to(goal["link"]), joints)[:, :3]
+            distances.append(np.linalg.norm(reached - np.asarray(place, dtype=float), axis=1))
+        return float(1e3 * np.concatenate(distances).mean())
+
+    @property
+    def link_reduction(self) -> float | None:
+        """How many times nearer to the goal the links are than without it."""
+        free = None if self.free is None else self.free.link_distance
+        return free / self.link_distance if self.link_distance and free is not None else None
 
 
 def _mean(error: str) -> Callable[[Constrained | Drawn], float]:
@@ -92,6 +114,11 @@ CONSTRAINTS = (
         number("reduction", "times smaller"),
     ),
     *under(
+        "distance of links from the goal [mm]",
+        number("link_distance_mm", "mean", "link_distance"),
+        number("link_reduction", "times smaller"),
+    ),
+    *under(
         "position error [mm]",
         number("position_error_mm", "mean", _mean("position_error_mm")),
         number("position_cost_mm", "Δ", _cost("position_error_mm"), signed=True),
@@ -111,9 +138,10 @@ def constraints(results: Results) -> Table:
         CONSTRAINTS,
         name="constraints",
         title="Secondary goals of training",
-        caption="The same network trained with goals for joints beside the pose, and without "
-        "(scale 0). Distance: mean over test poses and chosen joints of the distance from the goal "
-        "posture. Errors: Euclidean and geodesic mean on the test set, without refinement.",
+        caption="The same network trained with goals for joints or links beside the pose, and "
+        "without (scale 0). Distance: mean over test poses and chosen joints or links of the "
+        "distance from the goal. Errors: Euclidean and geodesic mean on the test set, without "
+        "refinement.",
     )
 
 
@@ -211,4 +239,7 @@ def _goal(goal: dict[str, Any]) -> str:
     return f"{goal['link']} at {place}, weight {goal['weight']:g}"
 
 
-TOPIC = Topic(tables=(lambda data: constraints(data.results), lambda data: solutions(data.results)))
+TOPIC = Topic(
+    tables=(lambda data: constraints(data.results), lambda data: solutions(data.results)),
+    stages=("sweep", "sample"),
+)

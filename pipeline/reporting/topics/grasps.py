@@ -197,6 +197,7 @@ def _map(axis: Axes, rows: pd.DataFrame, varied: list[str]) -> None:
 
 
 TOPIC = Topic(
+    stages=("grasp", "grasp_study"),
     tables=(
         lambda data: grasp_objects(data.results, data.config),
         lambda data: grasp_studies(data.results, data.config),

@@ -196,6 +196,7 @@ def _write(axis: Axes, places: Array, shares: Array, tops: Array) -> None:
 
 
 TOPIC = Topic(
+    stages=("grasp", "grasp_agent"),
     tables=(lambda data: grasping(data.results, data.published, data.config),),
     plots=(
         Plot(

@@ -61,6 +61,14 @@ class Compared:
         wanted = found.main if batch_size is None else found.batch_size == batch_size
         return float(found.loc[wanted, column].iloc[0]) if wanted.any() else None
 
+    @property
+    def network(self) -> str | None:
+        """Network that our rows were made with, None for a solver without or for older rows."""
+        if self.lines.empty or "network" not in self.lines:
+            return None
+        name = self.lines.network.iloc[0]
+        return str(name) if isinstance(name, str) and name else None
+
     def paper(self, metric: str) -> float | None:
         """Return the paper's number: it has one TRAC-IK, whether ours was pinned or not."""
         return self.published.number(self.table, self.robot, solver_of_rows(self.solver), metric)
@@ -139,6 +147,7 @@ OWN_METRIC = under(
     share("strict_high", "to", _of("success_strict_high"), 2),
 )
 POSES = count("poses", "poses", _of("poses"))
+NETWORK = text("network", "Network", lambda line: line.network)
 CORES = count("cores", "cores", _of("threads"))
 
 
@@ -154,7 +163,7 @@ def numerical_comparison(summary: pd.DataFrame, published: Published) -> Table:
     """
     return Table.of(
         _compared(NUMERICAL, ordered_robots(summary.get("robot", [])), summary, published),
-        (ROBOT, SOLVER, *_columns(TABLE_II), *OWN_METRIC, POSES, CORES),
+        (ROBOT, SOLVER, *_columns(TABLE_II), *OWN_METRIC, POSES, CORES, NETWORK),
         name="table2_numerical_comparison",
         title="Table II: CycleIK and numerical solvers",
         caption="Errors averaged over the axes and success below 10 mm and 20 deg on those "
@@ -180,7 +189,7 @@ def neural_comparison(summary: pd.DataFrame, published: Published) -> Table:
     )
     return Table.of(
         _compared(NETWORKS, published.robots(NETWORKS), networks, published),
-        (ROBOT, SOLVER, source, *_columns(TABLE_III), *OWN_METRIC, POSES),
+        (ROBOT, SOLVER, source, *_columns(TABLE_III), *OWN_METRIC, POSES, NETWORK),
         name="table3_neural_comparison",
         title="Table III: neural solvers",
         caption="Mean errors in the paper's metric (averages over the axes) beside the paper's "

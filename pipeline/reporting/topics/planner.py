@@ -333,6 +333,7 @@ def _by_solver(results: Results) -> Iterator[Plans]:
 
 
 TOPIC = Topic(
+    stages=("plan",),
     tables=(
         lambda data: planner(data.results, data.published),
         lambda data: planner_routes(data.results),

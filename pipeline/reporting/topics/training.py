@@ -185,6 +185,7 @@ def _curve(axis: Axes, curve: pd.DataFrame, column: str, colour: str, model: str
 
 
 TOPIC = Topic(
+    stages=("train",),
     tables=(
         lambda data: hyperparameters(data.results, data.published),
         lambda data: datasets(data.results),

@@ -152,7 +152,7 @@ def test_a_key_acts_where_it_stands(run: list[str]) -> None:
 
 def test_every_file_is_selected_by_a_run() -> None:
     seen = {source.path for run in runs() for source in files_of(*run)}
-    assert {*CONF_DIR.rglob("*.yaml")} - seen == {CONF_DIR / "bench.yaml"}, "it is for dvc.yaml"
+    assert {*CONF_DIR.rglob("*.yaml")} - seen == {*CONF_DIR.glob("bench*.yaml")}, "for dvc.yaml"
     dvc = (CONF_DIR.parent / "dvc.yaml").read_text(encoding="utf-8")
     code = "".join(
         path.read_text(encoding="utf-8")
@@ -212,7 +212,8 @@ def test_every_key_has_a_comment() -> None:
             data = any(prefix + name in named and found[name] for name in above)
             if not (text or known or data or key.split(".")[0] in STRUCTURE):
                 bare.append(f"{source.path.relative_to(CONF_DIR)}: {key}")
-    bare += [f"bench.yaml: {k}" for k, t in key_comments(CONF_DIR / "bench.yaml").items() if not t]
+    for path in CONF_DIR.glob("bench*.yaml"):
+        bare += [f"{path.name}: {key}" for key, text in key_comments(path).items() if not text]
     assert not bare, "\n".join(sorted(bare))
 
 

@@ -44,3 +44,20 @@ def test_a_path_that_stands_still_is_short():
 def test_no_limit_is_refused():
     with pytest.raises(ValueError, match="positive velocity limits"):
         time_scale(WAYPOINTS, np.zeros(6), speed=1.0, rate=100.0)
+
+
+def test_a_jump_costs_its_own_length_and_no_more() -> None:
+    """One joint at 1 rad/s: 0.98 rad of even steps take as long as 0.49 with a jump of 0.49."""
+    even = np.linspace(0.0, 0.98, 50)[:, None]
+    jump = np.concatenate([np.linspace(0.0, 0.49, 25), np.linspace(0.98, 1.47, 25)])[:, None]
+    seconds = [time_scale(path, [1.0], speed=1.0, rate=240.0).duration for path in (even, jump)]
+    assert seconds[0] == pytest.approx(0.98 * 1.875, abs=0.01)
+    assert seconds[1] == pytest.approx(1.47 * 1.875, rel=0.1)  # 27 s with even knots
+
+
+def test_waypoints_that_coincide_are_passed() -> None:
+    path = np.array([[0.0], [0.5], [0.5], [0.5], [1.0]])
+    trajectory = time_scale(path, [1.0], speed=1.0, rate=240.0)
+    assert np.isfinite(trajectory.joints).all()
+    assert trajectory.joints.max() == pytest.approx(1.0, abs=1e-9)
+    assert np.abs(trajectory.velocities).max() <= 1.0 + 1e-6

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import shutil
 from importlib import import_module
 from itertools import product
 from pathlib import Path
@@ -27,13 +28,14 @@ def content() -> dict[str, Any]:
     return yaml.safe_load((FOLDER / "dvc.yaml").read_text(encoding="utf-8"))
 
 
-def run_by_dvc() -> list[Run]:
+def run_by_dvc(text: str = "") -> list[Run]:
     """Commands of dvc.yaml with matrices and variables filled in, without the run's own network."""
+    made = yaml.safe_load(text) if text else content()
     bench, found = bench_lists(), []
-    for name, stage in content()["stages"].items():
+    for name, stage in made["stages"].items():
         axes = {axis: bench[text[2:-1]] for axis, text in stage.get("matrix", {}).items()}
         for values in product(*axes.values()) if name != "code" else ():
-            command = stage["cmd"].replace(" model=${model}", "")
+            command = stage["cmd"].replace(" model=${model}", "").replace(" tune=${tune}", "")
             command = command.replace("${profile}", bench["profile"])
             for axis, value in zip(axes, values, strict=True):
                 command = command.replace(f"${{item.{axis}}}", value)
@@ -85,11 +87,54 @@ def test_what_is_typed_replaces_a_choice_but_not_a_network_of_its_own(
     run_by_all: list[Run],
 ) -> None:
     run.everything(["robots=[nico]", "agent=endpoint"])
-    assert ("grasp", "agent=endpoint", "perception=camera", "robot=nico") in run_by_all
+    grasps = [overrides for name, *overrides in run_by_all if name == "grasp"]
+    assert grasps == [
+        ["agent=none", "perception=perfect", "robot=nico"],
+        ["agent=endpoint", "perception=camera", "robot=nico"],
+    ], "the plain series stays plain"
     run_by_all.clear()
     run.everything(["robots=[panda]", "model=tiny"])
     trained = [overrides for name, *overrides in run_by_all if name == "train"]
     assert trained == [["model=tiny", "robot=panda"], ["model=flow", "robot=panda"]]
+
+
+@pytest.fixture
+def paper_in_bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """The lists after `python -m pipeline dvc profile=paper`, in a copy of conf/."""
+    shutil.copytree(FOLDER / "conf", tmp_path / "conf")
+    for module in ("pipeline.commands.dvc", "pipeline.config"):
+        monkeypatch.setattr(import_module(module), "CONF_DIR", tmp_path / "conf")
+    set_profile("paper")
+    return bench_lists()
+
+
+def test_the_paper_by_dvc_is_the_paper(
+    paper_in_bench: dict[str, Any], run_by_all: list[Run]
+) -> None:
+    assert {key: paper_in_bench[key] for key in ("profile", "model", "tune")} == {
+        "profile": "paper",
+        "model": "paper",
+        "tune": "paper",
+    }
+    text = dvc_yaml()
+    made = yaml.safe_load(text)
+    assert made["vars"][0]["numerical"] == ["bio_ik", "trac_ik"]
+    assert "evaluate_seeded" not in made["stages"], "an empty list is no matrix"
+    assert not [item for item in made["stages"]["report"]["deps"] if "seeded" in item]
+    tuned = made["stages"]["tune"]
+    assert tuned["cmd"].endswith("model=${model} tune=${tune}")
+    assert {"conf/tune/${tune}.yaml": None} in tuned["params"]
+    assert {"conf/profile/${profile}.yaml": ["plan", "defaults"]} in made["stages"]["plan"][
+        "params"
+    ], "the profile chooses the motion"
+    run.everything(["profile=paper"])
+    assert sorted(run_by_all) == sorted(run_by_dvc(text))
+    evaluated = {
+        item for name, *items in run_by_all for item in items if item.startswith("evaluate.solvers")
+    }
+    assert evaluated == {
+        f"evaluate.solvers=[{name}]" for name in ("cycleik", "bio_ik", "trac_ik", "flow")
+    }
 
 
 def test_a_robot_that_is_none(run_by_all: list[Run]) -> None:
@@ -99,8 +144,10 @@ def test_a_robot_that_is_none(run_by_all: list[Run]) -> None:
 
 
 def test_the_evaluate_stage_by_itself_takes_the_solvers_of_the_whole_run() -> None:
-    bench = bench_lists()
-    assert compose().evaluate.solvers == [*bench["neural"], *bench["numerical"]]
+    for profile in ("quick", "paper"):
+        bench = bench_lists(profile)
+        solvers = compose([f"profile={profile}"]).evaluate.solvers
+        assert solvers == [*bench["neural"], *bench["numerical"]]
 
 
 def test_steps_come_after_what_they_read() -> None:
@@ -123,7 +170,8 @@ def test_every_stage_depends_on_code_and_libraries_and_no_source_is_listed() -> 
 
 def files(step: str, robot: str = "nico", solver: str = "lm") -> set[str]:
     bench = bench_lists()
-    fill = {"item.robot": robot, "item.solver": solver, "profile": "quick", "model": bench["model"]}
+    fill = {"item.robot": robot, "item.solver": solver, "profile": "quick"}
+    fill |= {key: bench[key] for key in ("model", "tune")}
     names = set()
     for file in parameters.parameters(STEPS[step]):
         for key, value in fill.items():
@@ -168,7 +216,7 @@ def test_the_scale_is_set_without_touching_anything_else(
     set_profile("smoke")
     after = (tmp_path / "bench.yaml").read_text(encoding="utf-8")
     values = yaml.safe_load(after)
-    assert (values["profile"], values["model"]) == ("smoke", "tiny")
+    assert (values["profile"], values["model"], values["tune"]) == ("smoke", "tiny", "default")
     pairs = zip(before.splitlines(), after.splitlines(), strict=True)
     assert sum(old != new for old, new in pairs) == 2
     with pytest.raises(ConfigError, match="did you mean 'smoke'"):
