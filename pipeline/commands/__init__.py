@@ -10,7 +10,6 @@ from importlib import import_module
 
 from pipeline.errors import PipelineError
 from pipeline.stages.graph import STAGES
-from robots.suggestions import unknown_name
 
 
 @dataclass(frozen=True)
@@ -84,10 +83,12 @@ def run_command(name: str, arguments: list[str]) -> int:
     """
     name = ALIASES.get(name, name)
     if name in STAGES:
-        from pipeline.commands.run import stage
+        from pipeline.commands.stage import stage
 
         return stage(name, arguments)
     if name not in COMMANDS:
+        from robots.suggestions import unknown_name
+
         raise PipelineError(unknown_name("command", name, [*STAGES, *COMMANDS]))
     module, _, function = COMMANDS[name].home.partition(".")
     command = getattr(import_module(f"pipeline.commands.{module}"), function)

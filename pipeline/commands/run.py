@@ -1,4 +1,4 @@
-"""Stages from the command line: one run, a sweep of runs, or all stages for several robots."""
+"""Runs of stages: one, a sweep of runs, or all stages for several robots."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 from pipeline.commands.arguments import command_parser
-from pipeline.commands.stage_help import stage_help
 from pipeline.config import bench_lists, compose, group_choices, sweep, to_yaml, without_passwords
 from pipeline.data.files import write_text
 from pipeline.errors import ConfigError
@@ -26,19 +25,21 @@ report. robots, numerical and the other lists are those of conf/bench.yaml where
 """
 
 
-def stage(name: str, arguments: list[str]) -> int:
-    """Run one stage, or with ``-m`` one run for each combination of the values given."""
-    parser = command_parser(name, "", add_help=False)
-    parser.add_argument("-h", "--help", action="store_true")
-    parser.add_argument("-m", "--multirun", action="store_true")
-    given = parser.takes_overrides().parse(arguments)
-    overrides = given.overrides
-    if given.help:
-        print(stage_help(name, overrides))
-        return 0
-    if not given.multirun:
-        _run(name, compose(overrides))
-        return 0
+def run_once(name: str, overrides: list[str]) -> None:
+    """Run one stage.
+
+    Raises:
+        ConfigError: An override that cannot be.
+    """
+    _run(name, compose(overrides))
+
+
+def run_each(name: str, overrides: list[str]) -> None:
+    """Run one stage for each combination of the values given, in a results folder each.
+
+    Raises:
+        ConfigError: An override that cannot be.
+    """
     runs = sweep(overrides)
     profiles = {item for run in runs for item in run if item.startswith("profile=")}
     configs = [compose(run) for run in runs]  # a typo in the last run stops before the first
@@ -48,7 +49,6 @@ def stage(name: str, arguments: list[str]) -> int:
         config.results_dir = str(folder)
         write_text(folder.absolute() / "config.yaml", to_yaml(config))
         _run(name, config)
-    return 0
 
 
 def everything(arguments: list[str]) -> int:

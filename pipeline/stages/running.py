@@ -16,7 +16,7 @@ from typing import Any, cast
 from baselines.registry import using
 from pipeline.config import compose
 from pipeline.containers import to_dict
-from pipeline.learning.weights import CARD, read_card, shipped_weights
+from pipeline.learning.card import CARD, read_card, shipped_weights
 from pipeline.progress import LOGGER
 from pipeline.settings import Config
 from pipeline.solvers import is_neural, models_of

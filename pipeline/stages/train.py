@@ -19,7 +19,8 @@ from pipeline.learning.factory import build_network
 from pipeline.learning.networks import parameter_count
 from pipeline.learning.registry import declared_modules
 from pipeline.learning.trainer import Trainer, TrainingRun
-from pipeline.learning.weights import chain_facts, read_card, save_weights
+from pipeline.learning.card import chain_facts, read_card
+from pipeline.learning.weights import save_weights
 from pipeline.seeding import derive_seed
 from pipeline.stages.best import trained_config
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of

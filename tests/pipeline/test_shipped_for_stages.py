@@ -8,7 +8,7 @@ import pytest
 
 from pipeline.config import compose
 from pipeline.errors import MissingArtifactError
-from pipeline.learning.weights import shipped_weights
+from pipeline.learning.card import shipped_weights
 from pipeline.settings import Config
 from pipeline.stages import inputs, running
 from pipeline.stages.solvers import solver_of

@@ -18,7 +18,8 @@ from pipeline.learning.null_space.network import NullSpaceGenerator
 from pipeline.learning.null_space.objective import NullSpaceObjective, variance_loss
 from pipeline.learning.null_space.solver import NullSpaceIk
 from pipeline.learning.trainer import Trainer, TrainingRun
-from pipeline.learning.weights import chain_facts, save_weights
+from pipeline.learning.card import chain_facts
+from pipeline.learning.weights import save_weights
 from pipeline.loading import load_solver
 from pipeline.settings import Config
 from robots import Robot, load_robot
