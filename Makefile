@@ -20,6 +20,7 @@ help:
 
 environment:
 	@PYTHON="$(PYTHON)" .ci/environment
+	@python -m pipeline warm
 
 reproduce: environment
 	@python -m pipeline dvc $(if $(PROFILE),profile=$(PROFILE)) >/dev/null

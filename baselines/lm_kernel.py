@@ -30,6 +30,7 @@ from baselines.linearise import (
     set_target,
 )
 from baselines.seed_library import find_distances, take_nearest
+from robots.rows import copy_row
 
 Array = NDArray[np.float64]
 
@@ -74,7 +75,7 @@ class _Scratch(NamedTuple):
     distances: NDArray[np.float32]
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _scratch(joints, dof, library):  # type: ignore[no-untyped-def]
     return _Scratch(
         new_linearisation(joints, dof),
@@ -87,7 +88,7 @@ def _scratch(joints, dof, library):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _start(chain, pose, seeds, library, key, attempt, s):  # type: ignore[no-untyped-def]
     """The `attempt`-th start: the seeds in order, then near remembered ones, then random ones."""
     seeded = seeds.shape[0]
@@ -107,7 +108,7 @@ def _start(chain, pose, seeds, library, key, attempt, s):  # type: ignore[no-unt
             s.q[k] = chain.lower[k] + share * (chain.upper[k] - chain.lower[k])
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[no-untyped-def]
     """Solve one pose; writes the best joints and returns (status, iterations, starts)."""
     started = now_ns(s.timespec) if options.time_ns > 0 else 0
@@ -126,9 +127,9 @@ def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[
             squared = distance2 + angle2
             if squared < least:
                 least = squared
-                best[:] = s.q
+                copy_row(s.q, best)
             if distance2 <= position2 and angle2 <= rotation2:
-                best[:] = s.q
+                copy_row(s.q, best)
                 return FOUND, iterations, attempt + 1
             if iterations >= options.iterations:
                 return OUT_OF_ITERATIONS, iterations, attempt + 1

@@ -27,6 +27,7 @@ from pipeline.learning.cycleik.layers_kernel import (
 )
 from pipeline.learning.networks import MATRIX_POSE_SIZE
 from robots.kinematics import tip_frame
+from robots.rows import copy_row
 
 Array32 = NDArray[np.float32]
 
@@ -106,7 +107,7 @@ def find_features(experts, pose, features):  # type: ignore[no-untyped-def]
     features[11] = 1 - 2 * (x * x + y * y)
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, no_cpython_wrapper=True, fastmath=FAST)
 def find_cell(experts, features):  # type: ignore[no-untyped-def]
     """Return the nearest cell of features (12,)."""
     nearest, least = 0, np.float32(np.inf)
@@ -119,7 +120,7 @@ def find_cell(experts, features):  # type: ignore[no-untyped-def]
     return nearest
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _through(experts, cell, first, second):  # type: ignore[no-untyped-def]
     """Take the four rows in `first` through an expert; returns the array with the result."""
     packed = experts.layers[cell]
@@ -139,7 +140,7 @@ def _through(experts, cell, first, second):  # type: ignore[no-untyped-def]
     return first
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _rank(chain, experts, pose, output, weights, joints, errors, scratch):  # type: ignore[no-untyped-def]
     """Unpack the heads of one pose and sort them by error, best first.
 
@@ -173,14 +174,14 @@ def _rank(chain, experts, pose, output, weights, joints, errors, scratch):  # ty
         while place > 0 and cost < (
             weights[0] * errors[place - 1, 0] + weights[1] * errors[place - 1, 1]
         ):
-            errors[place] = errors[place - 1]
-            joints[place] = joints[place - 1]
+            copy_row(errors[place - 1], errors[place])
+            copy_row(joints[place - 1], joints[place])
             place -= 1
         errors[place, 0], errors[place, 1] = distance, angle
-        joints[place] = q
+        copy_row(q, joints[place])
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _answer_cells(chain, experts, poses, rows, starts, cells, weights, joints, errors):  # type: ignore[no-untyped-def]
     """Answer the poses of some cells; rows[starts[c] : starts[c + 1]] are those of cell c."""
     widest = experts.sizes.max()
@@ -194,7 +195,7 @@ def _answer_cells(chain, experts, poses, rows, starts, cells, weights, joints, e
             count = min(ROWS, starts[cell + 1] - begin)
             for i in range(count):
                 find_features(experts, poses[rows[begin + i]], features)
-                first[i, :12] = features
+                copy_row(features, first[i, :12])
                 first[i, 12:16] = 0.0
             output = _through(experts, cell, first, second)
             for i in range(count):
@@ -206,7 +207,7 @@ def _answer_cells(chain, experts, poses, rows, starts, cells, weights, joints, e
                 _rank(chain, experts, pose, output[i], weights, joints[row], errors[row], scratch)
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _sorted_by_cell(experts, poses):  # type: ignore[no-untyped-def]
     """Return the rows of poses in the order of their cells and where each cell starts."""
     count, cells = poses.shape[0], experts.centres.shape[0]

@@ -18,7 +18,7 @@ GELU_CUBE = 0.044715
 FAST = {"contract", "nsz", "arcp", "reassoc"}
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, no_cpython_wrapper=True, fastmath=FAST)
 def linear_rows(values, weight, bias, out):  # type: ignore[no-untyped-def]
     """Four rows through a linear layer: out (4, m) = values (4, n) weight (n, m) + bias (m,).
 
@@ -62,7 +62,7 @@ def _tanh(x):  # type: ignore[no-untyped-def]
     return x * above / (np.float32(135135) + s * below)
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, no_cpython_wrapper=True, fastmath=FAST)
 def gelu_rows(values, count):  # type: ignore[no-untyped-def]
     """GELU, by its tanh, of the first `count` numbers of four rows, in place."""
     half, one = np.float32(0.5), np.float32(1)
@@ -74,7 +74,7 @@ def gelu_rows(values, count):  # type: ignore[no-untyped-def]
             line[k] = half * x * (one + _tanh(slope * (x + cube * x * x * x)))
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, no_cpython_wrapper=True, fastmath=FAST)
 def tanh_rows(values, count):  # type: ignore[no-untyped-def]
     """Hyperbolic tangent of the first `count` numbers of four rows, in place."""
     for row in range(ROWS):
