@@ -22,7 +22,13 @@ Compiles the kernels that robots, solvers and the planner run, which otherwise h
 first called. They are kept on disk: once a state of the sources is compiled, this returns at once.
 """
 ROOT = Path(__file__).parents[2]
-COMPILED = ("robots", "baselines", "pipeline/planning", "pipeline/learning", "pipeline/learning/cycleik")
+COMPILED = (
+    "robots",
+    "baselines",
+    "pipeline/planning",
+    "pipeline/learning",
+    "pipeline/learning/cycleik",
+)
 STAMP = Path(__file__).parent / "__pycache__" / "kernels"
 ROBOT = "panda"  # any will do: kernels are compiled for types, not for robots
 

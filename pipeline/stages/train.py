@@ -14,12 +14,12 @@ from pipeline.closure import source_tree
 from pipeline.containers import to_dict
 from pipeline.data.dataset import CARD, PoseSet, read_split
 from pipeline.data.files import read_json, write_json, write_text
+from pipeline.learning.card import chain_facts, read_card
 from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.factory import build_network
 from pipeline.learning.networks import parameter_count
 from pipeline.learning.registry import declared_modules
 from pipeline.learning.trainer import Trainer, TrainingRun
-from pipeline.learning.card import chain_facts, read_card
 from pipeline.learning.weights import save_weights
 from pipeline.seeding import derive_seed
 from pipeline.stages.best import trained_config
