@@ -12,11 +12,12 @@ from pipeline.errors import ConfigError
 from pipeline.progress import LOGGER
 from pipeline.settings import Config
 from pipeline.solvers import is_neural
-from pipeline.stages.graph import STEPS, Step, runs
+from pipeline.stages.graph import NETWORKS, STEPS, Step, runs
 from pipeline.stages.running import run_stage
 from robots.suggestions import unknown_name
 
 SOLVERS = "evaluate.solvers"
+ORIGINS = ("train.from", "detector.from")  # keys that `networks` of conf/bench.yaml sets
 DESCRIPTION = """\
 all [robots=[panda,nico]] [profile=smoke] [key=value ...]
 
@@ -56,8 +57,9 @@ def everything(arguments: list[str]) -> int:
     given = command_parser("all", DESCRIPTION).takes_overrides().parse(arguments)
     lists, overrides = _lists(given.overrides)
     compose(overrides)  # a typo stops before the first stage
+    networks = {NETWORKS: bench_lists()[NETWORKS]}
     for step, axes in runs(lists):
-        _run(step.stage, compose(_overrides(step, axes, overrides)))
+        _run(step.stage, compose(_overrides(step, axes | networks, overrides)))
     return 0
 
 
@@ -98,9 +100,8 @@ def _names(value: str) -> list[str]:
 def _overrides(step: Step, axes: dict[str, str], typed: list[str]) -> list[str]:
     """A step's overrides and the user's, who may choose otherwise but for a network of its own."""
     keys = {argument.partition("=")[0] for argument in typed}
-    own = [
-        item for item in step.command(axes) if item.partition("=")[0] not in keys & {*step.choices}
-    ]
+    theirs = keys & {*step.choices, *ORIGINS}
+    own = [item for item in step.command(axes) if item.partition("=")[0] not in theirs]
     kept = [item for item in typed if not (step.model and item.startswith("model="))]
     return [*kept, *own]
 

@@ -7,7 +7,7 @@ from typing import Any
 import yaml
 
 from pipeline.stages.code_files import FOLDER, file_name
-from pipeline.stages.graph import STEPS, Output, Step
+from pipeline.stages.graph import NETWORKS, STEPS, Output, Step
 from pipeline.stages.parameters import MODEL, PROFILE, ROBOT, WHOLE, parameters
 
 CODE = "code"  # the stage that runs always and says what code the others depend on
@@ -51,7 +51,10 @@ def _code_stage() -> dict[str, Any]:
 def _stage(step: Step) -> dict[str, Any]:
     matrix = {axis: f"${{{name}}}" for axis, name in step.over.items()}
     axes = {axis: f"${{item.{axis}}}" for axis in step.over}
-    command = ["python -m pipeline", step.stage, *step.command(axes), f"profile={PROFILE}"]
+    given = step.command({**axes, NETWORKS: f"${{{NETWORKS}}}"})
+    command = ["python -m pipeline", step.stage, *given, f"profile={PROFILE}"]
+    if step.stage == "evaluate":
+        command.append("evaluate.side_by_side=${processes}")
     if _own_model(step):
         command.append(f"model={MODEL}")
     stage: dict[str, Any] = {"matrix": matrix} if matrix else {}
