@@ -9,7 +9,8 @@ export PYTHONHASHSEED := 0
 
 help:
 	@echo "make reproduce   environment, then every stage through DVC, to tables, figures and report.html;"
-	@echo "                 PROFILE=smoke puts that scale (smoke, quick or paper) into conf/bench.yaml first"
+	@echo "                 PROFILE=smoke puts that scale (smoke, quick or paper) into conf/bench.yaml first;"
+	@echo "                 NETWORKS=default trains those that come with the project, too"
 	@echo "make status      what of that an edit has made stale"
 	@echo "make test        environment, then lint, types and tests"
 	@echo "make smoke       every stage at toy scale without DVC, two minutes"
@@ -23,8 +24,8 @@ environment:
 	@python -m pipeline warm
 
 reproduce: environment
-	@python -m pipeline dvc $(if $(PROFILE),profile=$(PROFILE)) >/dev/null
-	@dvc repro
+	@python -m pipeline dvc $(if $(PROFILE),profile=$(PROFILE)) $(if $(NETWORKS),networks=$(NETWORKS)) >/dev/null
+	@python -m pipeline reproduce
 	@python -m pipeline paths
 
 status: environment

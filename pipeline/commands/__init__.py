@@ -30,6 +30,10 @@ RUNNING = {
         "run.everything",
         "every stage above but sample and compare-tuned, without DVC: robots=[...]",
     ),
+    "reproduce": Command(
+        "reproduce.reproduce",
+        "every stale stage of dvc.yaml, several at a time, as `make reproduce` does",
+    ),
     "benchmark": Command(
         "benchmark.benchmark",
         "evaluate the numerical solvers on all robots, unattended: benchmark profile=paper",
