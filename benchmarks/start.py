@@ -3,8 +3,8 @@
     python benchmarks/start.py
 
 Each figure is the median processor time of fresh processes, so that other work on the machine
-counts little; `compiling` is of a process with an empty cache of compiled code. `help of a stage` is a
-second call: the first one after an edit composes the configuration.
+counts little; `compiling` is of a process with an empty cache of compiled code. The help of a stage
+is a second call: the first one after an edit composes the configuration.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ done in one process that holds DVC's lock, only commands run beside each other.
 
 from __future__ import annotations
 
+import logging
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
@@ -32,6 +33,7 @@ class DvcTasks:
         Args:
             folder: Of the checkout.
         """
+        logging.getLogger("dvc").setLevel(logging.WARNING)  # a line for each task is said elsewhere
         self._repo = Repo(str(folder))
         graph = self._repo.index.graph
         self._stages = {stage.addressing: stage for stage in graph}

@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.config import compose
 from pipeline.containers import to_dict
-from pipeline.grasping.trial import required_scene
 from pipeline.learning.card import CARD, read_card, shipped_weights
-from pipeline.perception.weights import shipped_detector
 
 if TYPE_CHECKING:
     from pipeline.settings import Config
@@ -37,6 +35,9 @@ def shipped_network(config: Config) -> Path | None:
 
 def shipped_eyes(config: Config) -> Path | None:
     """Return the folder of the project's detector where it is of a run's objects and network."""
+    from pipeline.grasping.trial import required_scene  # PyBullet and torch, for detectors only
+    from pipeline.perception.weights import shipped_detector
+
     folder = shipped_detector(config.robot.name)
     if not (folder / CARD).exists():
         return None
