@@ -54,8 +54,8 @@ def hyperparameters(results: Results, published: Published) -> Table:
         (ROBOT, SOURCE, *COLUMNS),
         name="table1_hyperparameters",
         title="Table I: hyperparameters",
-        caption="The paper's best of 200 trials a robot, the networks of this run, trained in it or "
-        "as they come with the project, and the best trial of this run's search where there was "
+        caption="The paper's best of 200 trials a robot, the networks of this run, trained in it "
+        "or as they come with the project, and the best trial of this run's search where there was "
         "one. Learning rate in units of 1e-4.",
     )
 
