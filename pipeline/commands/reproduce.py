@@ -201,8 +201,8 @@ class Reproduction:
     def _remaining(self, tasks: set[str]) -> str:
         seconds = makespan(self.tasks.needs, tasks, self.estimates, self.places)
         unknown = [task for task in tasks if self.estimates.seconds(task) == 0]
-        known = f"about {_minutes(seconds)}"
-        return f"{known} and {len(unknown)} of unknown length" if unknown else known
+        known = [f"about {_minutes(seconds)}"] if seconds or not unknown else []
+        return " and ".join([*known, *([f"{len(unknown)} of unknown length"] if unknown else [])])
 
 
 def _by_step(tasks: Iterator[str] | set[str] | dict[str, Any]) -> dict[str, list[str]]:
