@@ -9,7 +9,8 @@ export PYTHONHASHSEED := 0
 
 help:
 	@echo "make reproduce   environment, then every stage through DVC, to tables, figures and report.html;"
-	@echo "                 PROFILE=smoke puts that scale (smoke, quick or paper) into conf/bench.yaml first"
+	@echo "                 PROFILE=smoke puts that scale (smoke, quick or paper) into conf/bench.yaml first;"
+	@echo "                 NETWORKS=default trains those that come with the project, too"
 	@echo "make paper       all of the paper at its scale, unattended, two tasks at a time; prints what it will take"
 	@echo "                 first and goes on where it was stopped; HOURS=24 is the longest task that it runs"
 	@echo "make status      what of that an edit has made stale"
@@ -22,10 +23,11 @@ help:
 
 environment:
 	@PYTHON="$(PYTHON)" .ci/environment
+	@python -m pipeline warm
 
 reproduce: environment
-	@python -m pipeline dvc $(if $(PROFILE),profile=$(PROFILE)) >/dev/null
-	@dvc repro
+	@python -m pipeline dvc $(if $(PROFILE),profile=$(PROFILE)) $(if $(NETWORKS),networks=$(NETWORKS)) >/dev/null
+	@python -m pipeline reproduce
 	@python -m pipeline paths
 
 paper: environment

@@ -34,14 +34,14 @@ __all__ = ["FOUND", "OUT_OF_ITERATIONS", "OUT_OF_TIME", "BioOptions", "evolve_ro
 FOUND, OUT_OF_ITERATIONS, OUT_OF_TIME = 0, 1, 2
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _measure(chain, pose, q, at, weight2):  # type: ignore[no-untyped-def]
     """Exact cost of q (dof,), with its squared distance [m²] and angle [rad²]."""
     distance2, angle2 = find_error(chain, q, pose, at)
     return distance2 + weight2 * angle2, distance2, angle2
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _step(chain, pose, options, key, counter, at, s, k):  # type: ignore[no-untyped-def]
     """Evolve species k by one step; returns the counter, and distance² and angle² of its best."""
     weight = options.rotation_weight
@@ -70,7 +70,7 @@ def _step(chain, pose, options, key, counter, at, s, k):  # type: ignore[no-unty
     return counter, distance2, angle2
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _evolve(chain, pose, initial, options, at, s, timespec, best):  # type: ignore[no-untyped-def]
     """Solve one pose; writes the best joints and returns (status, steps)."""
     began = now_ns(timespec)

@@ -29,7 +29,7 @@ def now_ns(timespec):  # type: ignore[no-untyped-def]
     return timespec[0] * 1_000_000_000 + timespec[1]
 
 
-@njit(cache=True, _nrt=False)
+@njit(cache=True, no_cpython_wrapper=True, _nrt=False)
 def mix(value):  # type: ignore[no-untyped-def]
     """Scramble 64 bits: the output function of SplitMix64 (Steele, Lea and Flood, 2014)."""
     value = (value ^ (value >> np.uint64(30))) * MIX_1

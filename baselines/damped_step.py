@@ -59,7 +59,7 @@ def damped_step(chain, w, bias, damping, max_active_set_passes):  # type: ignore
         w.q[k] = min(max(w.q[k] + w.step[k], chain.lower[k]), chain.upper[k])
 
 
-@njit(cache=True, _nrt=False, forceinline=True)
+@njit(cache=True, no_cpython_wrapper=True, _nrt=False, forceinline=True)
 def _subtract_bias(w, bias):  # type: ignore[no-untyped-def]
     """Write e - J z over the free joints into w.residual."""
     for i in range(6):

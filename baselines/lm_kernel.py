@@ -27,6 +27,7 @@ from baselines.clock import now_ns, pose_key, uniform
 from baselines.damped_step import damped_step
 from baselines.linearise import Linearisation, find_error, new_linearisation, set_target
 from baselines.seed_library import find_distances, take_nearest
+from robots.rows import copy_row
 
 Array = NDArray[np.float64]
 
@@ -71,7 +72,7 @@ class _Scratch(NamedTuple):
     distances: NDArray[np.float32]
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _scratch(joints, dof, library):  # type: ignore[no-untyped-def]
     return _Scratch(
         new_linearisation(joints, dof),
@@ -118,13 +119,6 @@ def choose_start(chain, pose, seeds, library, attempt, goal, distances, q):  # t
 
 
 @njit(cache=True, _nrt=False)
-def _copy(q, best):  # type: ignore[no-untyped-def]
-    """Copy (dof,) numbers; an assignment of slices would allocate in between."""
-    for k in range(q.shape[0]):
-        best[k] = q[k]
-
-
-@njit(cache=True, _nrt=False)
 def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[no-untyped-def]
     """Solve one pose; writes the best joints and returns (status, iterations, starts)."""
     started = now_ns(s.timespec) if options.time_ns > 0 else 0
@@ -141,9 +135,9 @@ def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[
             squared = distance2 + angle2
             if squared < least:
                 least = squared
-                _copy(s.q, best)
+                copy_row(s.q, best)
             if distance2 <= position2 and angle2 <= rotation2:
-                _copy(s.q, best)
+                copy_row(s.q, best)
                 return FOUND, iterations, attempt + 1
             if iterations >= options.iterations:
                 return OUT_OF_ITERATIONS, iterations, attempt + 1

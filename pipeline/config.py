@@ -38,7 +38,7 @@ from robots.suggestions import unknown_name
 ROOT = "config"  # conf/config.yaml, where composition starts
 PASSWORD_OF_USER = re.compile(r"(://[^:/@\s]*:)\S*@")
 PASSWORD_OF_QUERY = re.compile(r"([?&]password=)[^&\s]*")
-NAMES_IN_YAML = {"from": "source"}  # train.from: a Python keyword cannot name a field
+NAMES_IN_YAML = {"from": "source"}  # train.from, detector.from: no Python keyword names a field
 SOLVER, EVERY = "solver", "every"  # the one group of which a run has every file, not one
 OWNERS = ("profile", "experiment")  # groups that own keys of others, and explain what they set
 
@@ -359,9 +359,12 @@ def _check_solvers(solvers: dict[str, dict[str, Any]]) -> None:
 
 
 def _renamed(container: dict[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
-    """The configuration with keys of train under other names."""
-    train = {names.get(key, key): value for key, value in container["train"].items()}
-    return {**container, "train": train}
+    """The configuration with keys of train and detector under other names."""
+    groups = {
+        group: {names.get(key, key): value for key, value in container[group].items()}
+        for group in ("train", "detector")
+    }
+    return {**container, **groups}
 
 
 def _first_line(error: BaseException) -> str:

@@ -8,9 +8,8 @@ from typing import Any
 import baselines
 from baselines import Solver
 from baselines.registry import settings as solver_settings
-from pipeline.config import compose
 from pipeline.errors import ConfigError
-from pipeline.learning.weights import CARD, WeightsError, kind_of, shipped_weights
+from pipeline.learning.card import CARD, WeightsError, kind_of, shipped_weights
 from pipeline.locations import results
 from pipeline.solvers import is_neural, models_of
 from robots import Robot
@@ -68,6 +67,8 @@ def find_weights(name: str, robot: Robot, profile: str | None = None) -> Path:
         WeightsError: There are neither.
         ConfigError: There is no such profile.
     """
+    from pipeline.config import compose  # Hydra, which only networks are looked up with
+
     config = compose([] if profile is None else [f"profile={profile}"])
     kinds, meant = models_of(name)
     model = config.model.name if config.model.kind in kinds else meant

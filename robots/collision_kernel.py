@@ -22,20 +22,20 @@ SLACK = 1e-9
 ROOT = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _read(rows, i):  # type: ignore[no-untyped-def]
     a, b, c, d, e, f = rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3], rows[i, 4], rows[i, 5]
     g, h, k, x, y, z = rows[i, 6], rows[i, 7], rows[i, 8], rows[i, 9], rows[i, 10], rows[i, 11]
     return (a, b, c, d, e, f, g, h, k, x, y, z)
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _write(rows, i, frame):  # type: ignore[no-untyped-def]
     for column in range(12):
         rows[i, column] = frame[column]
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _frames(tree, q, frames):  # type: ignore[no-untyped-def]
     """Frames of the driven joints; row 0 is the root, row k + 1 is joint k."""
     driven = tree.driven
@@ -51,7 +51,7 @@ def _frames(tree, q, frames):  # type: ignore[no-untyped-def]
         _write(frames, k + 1, frame)
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _carry(frames, owner, points, moved):  # type: ignore[no-untyped-def]
     """Points (K, 3) fixed in frames, carried to the root: (K, 3)."""
     for i in range(owner.shape[0]):
@@ -62,7 +62,7 @@ def _carry(frames, owner, points, moved):  # type: ignore[no-untyped-def]
         moved[i, 2] = g * px + h * py + k * pz + z
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _apart(points, a, b, reach):  # type: ignore[no-untyped-def]
     x, y, z = (
         points[a, 0] - points[b, 0],
@@ -72,7 +72,7 @@ def _apart(points, a, b, reach):  # type: ignore[no-untyped-def]
     return x * x + y * y + z * z > reach * reach
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _turn(frames, owner, rotations, centres, poses, i):  # type: ignore[no-untyped-def]
     """Write the whole pose of shape i."""
     frame = multiplied(_read(frames, owner[i] + 1), rotations[i], rotations[i, 0])
@@ -98,7 +98,7 @@ def query(tree, shapes, joints, verdicts, details):  # type: ignore[no-untyped-d
     radius, link_radius = shapes.radius, shapes.link_radius
     pair_links, start, pairs = shapes.pair_links, shapes.pair_start, shapes.pair_shapes
     frames = np.empty((tree.parent.shape[0] + 1, 12))
-    frames[0] = ROOT
+    _write(frames, 0, ROOT)
     link_centres = np.empty((link_radius.shape[0], 3))
     centres, poses = np.empty((kind.shape[0], 3)), np.empty((kind.shape[0], 12))
     # Which configuration the pose of a shape is of: most shapes never need theirs.

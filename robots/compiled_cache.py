@@ -14,6 +14,8 @@ from pathlib import Path
 
 import numba.core.config
 
+from robots.compile_notice import announce_compiling
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -35,12 +37,15 @@ def source_digest(*folders: Path) -> str:
 def use_own_folder(*packages: str) -> None:
     """Point numba to a folder per state of the sources; NUMBA_CACHE_DIR of the user wins.
 
+    From then on a line says so when compiled functions are not there yet.
+
     To be called before the compiled functions of a package are declared: numba looks at the
     setting then and not later.
 
     Args:
         packages: The package and those whose compiled functions it calls.
     """
+    announce_compiling()
     if not os.environ.get("NUMBA_CACHE_DIR"):
         digest = source_digest(*(ROOT / package for package in packages))
         folder = ROOT / packages[0] / "__pycache__" / f"numba-{digest}"

@@ -31,7 +31,7 @@ BLOCK = 64
 PARALLEL_BLOCK = 1024
 
 
-@njit(cache=True, fastmath={"contract"}, forceinline=True)
+@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
 def add_column(J, column, frame, prismatic, scale):  # type: ignore[no-untyped-def]
     """Add a joint to the Jacobian at the origin of the base, from its frame before it moves.
 
@@ -57,7 +57,7 @@ def add_column(J, column, frame, prismatic, scale):  # type: ignore[no-untyped-d
         J[5, column] += zz
 
 
-@njit(cache=True, fastmath={"contract"}, forceinline=True)
+@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
 def move_to_tip(J, x, y, z):  # type: ignore[no-untyped-def]
     """Turn a Jacobian at the origin of the base into the one at the point x, y, z, in place."""
     for column in range(J.shape[1]):
@@ -114,7 +114,7 @@ def tip_frame_and_jacobian(chain, q, R, p, J):  # type: ignore[no-untyped-def]
     move_to_tip(J, p[0], p[1], p[2])
 
 
-@njit(cache=True, fastmath={"contract"}, forceinline=True)
+@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
 def joint_positions(chain, joints, positions, sines, cosines):  # type: ignore[no-untyped-def]
     """Positions of the m driven joints of a block of configurations, with sine and cosine.
 

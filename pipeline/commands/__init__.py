@@ -10,7 +10,6 @@ from importlib import import_module
 
 from pipeline.errors import PipelineError
 from pipeline.stages.graph import STAGES
-from robots.suggestions import unknown_name
 
 
 @dataclass(frozen=True)
@@ -35,10 +34,15 @@ RUNNING = {
         "paper.paper",
         "all of the paper, unattended: what it will take first; goes on where it was stopped",
     ),
+    "reproduce": Command(
+        "reproduce.reproduce",
+        "every stale stage of dvc.yaml, several at a time, as `make reproduce` does",
+    ),
     "benchmark": Command(
         "benchmark.benchmark",
         "evaluate the numerical solvers on all robots, unattended: benchmark profile=paper",
     ),
+    "warm": Command("warm.warm", "compile the kernels before somebody waits for them"),
     "chat": Command(
         "chat.chat", "talk to a robot at its table, by text or by speech: chat robot=nicol"
     ),
@@ -92,10 +96,12 @@ def run_command(name: str, arguments: list[str]) -> int:
     """
     name = ALIASES.get(name, name)
     if name in STAGES:
-        from pipeline.commands.run import stage
+        from pipeline.commands.stage import stage
 
         return stage(name, arguments)
     if name not in COMMANDS:
+        from robots.suggestions import unknown_name
+
         raise PipelineError(unknown_name("command", name, [*STAGES, *COMMANDS]))
     module, _, function = COMMANDS[name].home.partition(".")
     command = getattr(import_module(f"pipeline.commands.{module}"), function)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from pipeline.errors import PipelineError
-from robots.suggestions import unknown_name
 
 PROGRAM = "python -m pipeline"
 
@@ -27,6 +26,8 @@ class CommandParser(argparse.ArgumentParser):
         parsed, rest = self.parse_known_intermixed_args(arguments)
         for argument in rest:
             if argument.startswith("-"):
+                from robots.suggestions import unknown_name
+
                 options = [name for action in self._actions for name in action.option_strings]
                 raise PipelineError(unknown_name("option", argument, options))
             self.error(f"unexpected argument '{argument}'")
@@ -53,6 +54,8 @@ class CommandParser(argparse.ArgumentParser):
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """Refuse a value that is not among the choices, with the nearest one."""
         if action.choices is not None and value not in action.choices:
+            from robots.suggestions import unknown_name
+
             kind = str(action.metavar or action.dest)
             raise PipelineError(unknown_name(kind, str(value), map(str, action.choices)))
 

@@ -12,14 +12,16 @@ from pipeline.errors import ConfigError, PipelineError
 from pipeline.locations import CONF_DIR, need_checkout
 from pipeline.stages.code_files import FOLDER, write_code_files
 from pipeline.stages.dvc_file import dvc_yaml
+from pipeline.stages.graph import NETWORKS
 from robots.suggestions import unknown_name
 
+ORIGINS = ("shipped", "default")  # of networks that the project has: see train.from
 DVC = """\
-dvc [profile=smoke]
+dvc [profile=smoke] [networks=default]
 
 Writes dvc.yaml from the graph of stages (pipeline/stages/graph.py). With profile=NAME it puts the
 profile, its network and its search into conf/bench.yaml first, as `make reproduce PROFILE=NAME`
-does.
+does, and with networks=default that networks of the project are trained again.
 """
 CODE = f"""\
 Writes {FOLDER}/<step>.json: the modules that each step of the graph runs, with a digest of each
@@ -33,9 +35,13 @@ def dvc(arguments: list[str]) -> int:
     path = need_checkout("dvc.yaml") / "dvc.yaml"
     for argument in overrides:
         key, _, value = argument.partition("=")
-        if key != "profile":
-            raise PipelineError(f"dvc takes profile=NAME, got {argument}")
-        set_profile(value)
+        if key == "profile":
+            set_profile(value)
+        elif key == NETWORKS and value in ORIGINS:
+            _set({NETWORKS: value})
+        else:
+            valid = f"profile=NAME and {NETWORKS}={'|'.join(ORIGINS)}"
+            raise PipelineError(f"dvc takes {valid}, got {argument}")
     write_text(path, dvc_yaml())
     print(path)
     return 0
@@ -49,10 +55,14 @@ def set_profile(profile: str) -> None:
     """
     if profile not in group_choices("profile"):
         raise ConfigError(unknown_name("profile", profile, group_choices("profile")))
+    choices = chosen([f"profile={profile}"])
+    _set({"profile": profile, "model": choices["model"], "tune": choices["tune"]})
+
+
+def _set(values: dict[str, str]) -> None:
+    """Replace values of conf/bench.yaml."""
     path = CONF_DIR / "bench.yaml"
     text = path.read_text(encoding="utf-8")
-    choices = chosen([f"profile={profile}"])
-    values = {"profile": profile, "model": choices["model"], "tune": choices["tune"]}
     for key, value in values.items():
         text = re.sub(rf"^({key}: *)\S+", rf"\g<1>{value}", text, flags=re.MULTILINE)
     if text != path.read_text(encoding="utf-8"):

@@ -11,9 +11,10 @@ from pipeline.commands.arguments import command_parser
 from pipeline.config import compose
 from pipeline.data.dataset import read_split
 from pipeline.errors import PipelineError
+from pipeline.learning.card import read_card, shipped_weights
 from pipeline.learning.cycleik.objective import CycleObjective
 from pipeline.learning.networks import IkNetwork
-from pipeline.learning.weights import load_network, read_card, save_weights, shipped_weights
+from pipeline.learning.weights import load_network, save_weights
 from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts, robot_of
 from robots import Robot

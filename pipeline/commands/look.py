@@ -17,7 +17,7 @@ from baselines.registry import settings
 from pipeline import provenance
 from pipeline.commands.arguments import command_parser
 from pipeline.config import bench_lists
-from pipeline.learning.weights import WeightsError
+from pipeline.learning.card import WeightsError
 from pipeline.loading import find_weights
 from pipeline.locations import need_checkout, results
 from pipeline.packages import missing_parts

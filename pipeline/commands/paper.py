@@ -12,6 +12,7 @@ from pipeline.engine.unattended import CoreTask, run_on_cores
 from pipeline.errors import PipelineError
 from pipeline.progress import LOGGER
 from pipeline.stages.forecast import RATES, rates
+from pipeline.stages.graph import NETWORKS
 from pipeline.stages.whole_run import (
     DONE,
     LEFT,
@@ -45,7 +46,10 @@ def paper(arguments: list[str]) -> int:
     processes = int(_number("processes", own["processes"] or str(bench["processes"])))
     lists, overrides = split_lists(typed)
     folder = Path(compose(overrides).results_dir)
-    every = units(lists, lambda step, axes: step_overrides(step, axes, overrides), compose)
+    networks = {NETWORKS: bench[NETWORKS]}
+    every = units(
+        lists, lambda step, axes: step_overrides(step, axes | networks, overrides), compose
+    )
     reasons = left_out(every, most)
     print(plan_text(every, reasons, processes), flush=True)
     if own["plan"] == "true":

@@ -1,4 +1,4 @@
-"""Stages from the command line: one run, a sweep of runs, or all stages for several robots."""
+"""Runs of stages: one, a sweep of runs, or all stages for several robots."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 from pipeline.commands.arguments import command_parser
-from pipeline.commands.stage_help import stage_help
 from pipeline.config import (
     bench_lists,
     chosen,
@@ -21,11 +20,12 @@ from pipeline.errors import ConfigError
 from pipeline.progress import LOGGER
 from pipeline.settings import Config
 from pipeline.solvers import is_neural
-from pipeline.stages.graph import STEPS, Step, runs
+from pipeline.stages.graph import NETWORKS, STEPS, Step, runs
 from pipeline.stages.running import run_stage
 from robots.suggestions import unknown_name
 
 SOLVERS = "evaluate.solvers"
+ORIGINS = ("train.from", "detector.from")  # keys that `networks` of conf/bench.yaml sets
 DESCRIPTION = """\
 all [robots=[panda,nico]] [profile=smoke] [key=value ...]
 
@@ -35,19 +35,21 @@ profile's own file beside it.
 """
 
 
-def stage(name: str, arguments: list[str]) -> int:
-    """Run one stage, or with ``-m`` one run for each combination of the values given."""
-    parser = command_parser(name, "", add_help=False)
-    parser.add_argument("-h", "--help", action="store_true")
-    parser.add_argument("-m", "--multirun", action="store_true")
-    given = parser.takes_overrides().parse(arguments)
-    overrides = given.overrides
-    if given.help:
-        print(stage_help(name, overrides))
-        return 0
-    if not given.multirun:
-        _run(name, compose(overrides))
-        return 0
+def run_once(name: str, overrides: list[str]) -> None:
+    """Run one stage.
+
+    Raises:
+        ConfigError: An override that cannot be.
+    """
+    _run(name, compose(overrides))
+
+
+def run_each(name: str, overrides: list[str]) -> None:
+    """Run one stage for each combination of the values given, in a results folder each.
+
+    Raises:
+        ConfigError: An override that cannot be.
+    """
     runs = sweep(overrides)
     profiles = {item for run in runs for item in run if item.startswith("profile=")}
     configs = [compose(run) for run in runs]  # a typo in the last run stops before the first
@@ -57,7 +59,6 @@ def stage(name: str, arguments: list[str]) -> int:
         config.results_dir = str(folder)
         write_text(folder.absolute() / "config.yaml", to_yaml(config))
         _run(name, config)
-    return 0
 
 
 def everything(arguments: list[str]) -> int:
@@ -65,8 +66,9 @@ def everything(arguments: list[str]) -> int:
     given = command_parser("all", DESCRIPTION).takes_overrides().parse(arguments)
     lists, overrides = split_lists(given.overrides)
     compose(overrides)  # a typo stops before the first stage
+    networks = {NETWORKS: bench_lists(chosen_profile(overrides))[NETWORKS]}
     for step, axes in runs(lists):
-        _run(step.stage, compose(step_overrides(step, axes, overrides)))
+        _run(step.stage, compose(step_overrides(step, axes | networks, overrides)))
     return 0
 
 
@@ -109,10 +111,8 @@ def step_overrides(step: Step, axes: dict[str, str], typed: list[str]) -> list[s
     """A step's overrides and the user's, who may choose otherwise but for what makes the step."""
     fixed = {*step.without, *(["model"] if step.model else [])} & {*step.choices, "model"}
     kept = [item for item in typed if item.partition("=")[0] not in fixed]
-    keys = {argument.partition("=")[0] for argument in kept}
-    own = [
-        item for item in step.command(axes) if item.partition("=")[0] not in keys & {*step.choices}
-    ]
+    theirs = {item.partition("=")[0] for item in kept} & {*step.choices, *ORIGINS}
+    own = [item for item in step.command(axes) if item.partition("=")[0] not in theirs]
     return [*kept, *own]
 
 

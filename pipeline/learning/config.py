@@ -129,7 +129,7 @@ class TrainConfig:
         at_least("train.variance_samples", self.variance_samples, 2)
         at_least("train.constraint_scale", self.constraint_scale, 0)
         at_least("train.replicate", self.replicate, 0)
-        one_of("train.from", self.source, ("default", "best"))
+        one_of("train.from", self.source, ("default", "best", "shipped"))
         for name in ("position_beta", "rotation_beta", "batch_size", "learning_rate", "epochs"):
             positive(f"train.{name}", getattr(self, name))
         if self.gradient_clip is not None:

@@ -10,22 +10,15 @@ from safetensors import SafetensorError
 from safetensors.torch import load_file
 from torch import Tensor, nn
 
-import robots
-from pipeline.data.files import read_json, sha256, write_json
+from pipeline.data.files import sha256, write_json
 from pipeline.data.tensors import write_tensors
+from pipeline.learning.card import CARD, WeightsError, check_robot, read_card
 from pipeline.learning.factory import build_network, model_config
 from pipeline.learning.networks import IkNetwork
 from robots import Robot
-from robots.checksums import chain_checksum
 
 WEIGHTS = "weights.safetensors"
 OTHER_WEIGHTS = "other.safetensors"  # best where the last is kept, last where the best is
-CARD = "card.json"
-ROBOTS = Path(robots.__file__).parent
-
-
-class WeightsError(ValueError):
-    """Weights that are missing, damaged, or belong to another robot."""
 
 
 def save_weights(
@@ -69,7 +62,7 @@ def load_network(folder: Path, robot: Robot, kinds: Collection[str] = ()) -> IkN
             of network or architecture.
     """
     card = read_card(folder)
-    _check_robot(folder, card, robot)
+    check_robot(folder, card, robot)
     path = folder / WEIGHTS
     if not path.exists() or sha256(path) != card.get("weights_sha256"):
         raise WeightsError(
@@ -87,48 +80,3 @@ def load_network(folder: Path, robot: Robot, kinds: Collection[str] = ()) -> IkN
     except (SafetensorError, RuntimeError) as error:
         raise WeightsError(f"{path} does not fit the network of its card: {error}") from error
     return network.eval().requires_grad_(False)
-
-
-def shipped_weights(robot: str) -> Path:
-    """Return the folder of the weights that come with this project for a robot."""
-    return ROBOTS / robot / "weights"
-
-
-def read_card(folder: Path) -> dict[str, Any]:
-    """Return the card of trained weights.
-
-    Raises:
-        WeightsError: There is none.
-    """
-    if not (folder / CARD).exists():
-        raise WeightsError(f"there are no trained weights in {folder}")
-    return dict(read_json(folder / CARD))
-
-
-def kind_of(folder: Path) -> str:
-    """Return the kind of network (``model.kind``) of trained weights; empty if the card lacks it.
-
-    Raises:
-        WeightsError: There are no weights.
-    """
-    return str(read_card(folder).get("config", {}).get("model", {}).get("kind", ""))
-
-
-def chain_facts(robot: Robot) -> dict[str, Any]:
-    """Return what a card says of the robot: enough to refuse weights of another one."""
-    return {
-        "robot": robot.name,
-        "joint_names": list(robot.joint_names),
-        "base": robot.base,
-        "tip": robot.tip,
-        "chain_checksum": chain_checksum(robot),
-    }
-
-
-def _check_robot(folder: Path, card: dict[str, Any], robot: Robot) -> None:
-    for key, ours in chain_facts(robot).items():
-        if card.get(key) != ours:
-            raise WeightsError(
-                f"the weights in {folder} are for another robot: {key} is {card.get(key)!r} there, "
-                f"{ours!r} here; train with: python -m pipeline train robot={robot.name}"
-            )

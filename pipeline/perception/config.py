@@ -172,6 +172,7 @@ class DomainConfig:
 class DetectorConfig:
     """The stage that renders, trains and judges the embedded detector."""
 
+    source: str = MISSING  # `detector.from` in YAML and on the command line, as `train.from`
     pictures: int = MISSING
     held_out_pictures: int = MISSING
     chunk: int = MISSING
@@ -202,6 +203,7 @@ class DetectorConfig:
             positive(f"detector.{name}", getattr(self, name))
         for name in ("warm_up_steps", "weight_decay", "offset_weight", "box_weight"):
             at_least(f"detector.{name}", getattr(self, name), 0)
+        one_of("detector.from", self.source, ("default", "shipped"))
         one_of("detector.precision", self.precision, ("float32", "bfloat16"))
         within("detector.match_overlap", self.match_overlap, 0.0, 1.0)
         within("detector.visible", self.visible, 0.0, 1.0)

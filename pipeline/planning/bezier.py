@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from math import comb
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import comb
 
 Array = NDArray[np.float64]
 
@@ -42,7 +43,8 @@ def bernstein(degree: int, k: ArrayLike) -> Array:
     """
     parameter = np.asarray(k, dtype=np.float64)[:, None]
     index = np.arange(degree + 1)
-    return comb(degree, index) * (1.0 - parameter) ** (degree - index) * parameter**index
+    choices = np.array([comb(degree, chosen) for chosen in range(degree + 1)], dtype=np.float64)
+    return choices * (1.0 - parameter) ** (degree - index) * parameter**index
 
 
 def bezier_curve(control_points: ArrayLike, k: ArrayLike) -> Array:

@@ -17,7 +17,7 @@ FLIP_DEVIATION = 0.02  # m, tip from the middle of the two waypoints
 FLIP_TURN = 0.2  # rad, rotation of the tip from the middle of the two waypoints
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def is_flip(chain, before, after, first, second, t):  # type: ignore[no-untyped-def]
     """Whether a step between two configurations (dof,) at two poses (7,) is a branch flip."""
     wide = 0.0

@@ -9,7 +9,7 @@ from pipeline.planning.flip_kernel import is_flip
 from pipeline.planning.tracking_kernel import avoid_limits, new_tracker, reach_pose
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _follow(chain, poses, origin, options, share, path, t):  # type: ignore[no-untyped-def]
     """Continue path[origin] to both ends of the path; NaN where it is lost."""
     reached = 1

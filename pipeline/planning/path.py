@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pipeline.planning.bezier import bezier_curve, path_parameter
-from pipeline.planning.config import MotionConfig
 from pipeline.planning.rotation import slerp, spherical_bezier
+
+if TYPE_CHECKING:
+    from pipeline.planning.config import MotionConfig
 
 Array = NDArray[np.float64]
 

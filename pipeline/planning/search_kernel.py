@@ -57,7 +57,7 @@ def thinned(joints, order, gap, chosen):  # type: ignore[no-untyped-def]
         gap *= GROWTH
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _set_bias(chain, goal, remaining, kind, share, size, key, counter, t):  # type: ignore[no-untyped-def]
     """Write the null-space motion of one copy of a sample into t.bias."""
     if kind == 0 and goal.shape[0] > 0:

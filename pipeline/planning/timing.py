@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
 CLOSEST = 0.1  # share of the mean distance of waypoints in the parameter that any two have at least
@@ -79,6 +78,8 @@ def time_scale(
             "time scaling needs at least 2 waypoints and positive velocity limits, "
             f"got {len(path)} waypoints and limits {limit.tolist()}"
         )
+    from scipy.interpolate import CubicSpline  # slower to import than all of the planner
+
     spline = CubicSpline(_knots(path, limit), path, bc_type="natural")
     # Fine enough that the peak speed between two samples is caught to a fraction of a percent.
     share = np.linspace(0.0, 1.0, 20 * len(path))

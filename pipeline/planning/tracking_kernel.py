@@ -91,7 +91,7 @@ def reach_pose(chain, pose, options, biased, t):  # type: ignore[no-untyped-def]
     return False
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def avoid_limits(chain, share, t):  # type: ignore[no-untyped-def]
     """Write a null-space motion of every joint away from its limits, by the cube of its position.
 

@@ -20,7 +20,7 @@ def trained_config(config: Config) -> Config:
     Raises:
         MissingArtifactError: `train.from=best` before there was a search.
     """
-    if config.train.source == "default":
+    if config.train.source != "best":
         return config
     folders = artifacts(config)
     path = folders.need(

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.closure import SourceTree
 from pipeline.config import bench_lists, compose
-from pipeline.data.files import write_json
+from pipeline.data.files import sha256, write_json
+from pipeline.learning.card import CARD, ROBOTS
 from pipeline.learning.registry import declared_modules
-from pipeline.stages.graph import STAGES, STEPS, Step
+from pipeline.stages.graph import NETWORKS, STAGES, STEPS, Step
 from pipeline.stages.solvers import solver_modules
 
 if TYPE_CHECKING:
@@ -58,8 +59,16 @@ def code_files(tree: SourceTree) -> dict[str, dict[str, Any]]:
         for solver in bench[step.over["solver"]] if "solver" in step.over else [""]:
             modules = roots(step, solver)
             content = {"code": tree.digest(*modules), "modules": tree.digests(*modules)}
+            if any(NETWORKS in override for override in step.overrides):
+                content["networks"] = _networks()
             found[file_name(step, solver)] = content
     return found
+
+
+def _networks() -> dict[str, str]:
+    """Return a checksum for each card of a network that comes with the project."""
+    cards = [path for kind in ("weights", "detector") for path in ROBOTS.glob(f"*/{kind}/{CARD}")]
+    return {path.relative_to(ROBOTS).as_posix(): sha256(path) for path in sorted(cards)}
 
 
 def write_code_files(tree: SourceTree, folder: Path) -> list[Path]:

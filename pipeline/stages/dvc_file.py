@@ -9,11 +9,12 @@ import yaml
 
 from pipeline.config import bench_lists, has_own_lists
 from pipeline.stages.code_files import FOLDER, file_name
-from pipeline.stages.graph import STEPS, Output, Step
+from pipeline.stages.graph import NETWORKS, STEPS, Output, Step
 from pipeline.stages.parameters import MODEL, PROFILE, ROBOT, TUNE, WHOLE, parameters
 
 CODE = "code"  # the stage that runs always and says what code the others depend on
 BENCH = "conf/bench.yaml"
+PROCESSES = "${processes}"
 RESULTS = f"results/{PROFILE}"
 LIBRARIES = "requirements.lock"
 HEADER = """\
@@ -39,6 +40,8 @@ def dvc_yaml() -> str:
         MODEL,
         PROFILE,
         TUNE,
+        f"${{{NETWORKS}}}",
+        PROCESSES,
         *(f"${{{name}}}" for s in taken.values() for name in s.over.values()),
     }
     own = {key: value for key, value in bench.items() if f"${{{key}}}" in used}
@@ -69,7 +72,10 @@ def _code_stage() -> dict[str, Any]:
 def _stage(step: Step, taken: Mapping[str, Step]) -> dict[str, Any]:
     matrix = {axis: f"${{{name}}}" for axis, name in step.over.items()}
     axes = {axis: f"${{item.{axis}}}" for axis in step.over}
-    command = ["python -m pipeline", step.stage, *step.command(axes), f"profile={PROFILE}"]
+    given = step.command({**axes, NETWORKS: f"${{{NETWORKS}}}"})
+    command = ["python -m pipeline", step.stage, *given, f"profile={PROFILE}"]
+    if step.stage == "evaluate":
+        command.append(f"evaluate.side_by_side={PROCESSES}")
     if _own_model(step):
         command.append(f"model={MODEL}")
     if any(TUNE in file for file in parameters(step)):

@@ -20,6 +20,7 @@ from pipeline.provenance import SIGNATURE
 if TYPE_CHECKING:
     from pipeline.settings import Config
 
+NETWORKS = "networks"  # key of conf/bench.yaml: where networks come from that the project has
 PUBLISHED = "results/published_results.csv"  # the paper's numbers, below the checkout
 
 
@@ -190,7 +191,7 @@ class Step:
         """Return the overrides of one run of the step, without profile and run's own model.
 
         Args:
-            axes: Value of each axis.
+            axes: Value of each axis, and of `NETWORKS` where an override has it.
         """
         fixed = [f"{group}={choice}" for group, choice in self.choices.items()]
         model = [f"model={self.model}"] if self.model else []
@@ -207,7 +208,9 @@ def _path(path: Path, *more: str) -> str:
     return path.joinpath(*more).as_posix()
 
 
-def _training(name: str, over: str, model: str, title: str) -> Step:
+def _training(
+    name: str, over: str, model: str, title: str, overrides: tuple[str, ...] = ()
+) -> Step:
     folder = _FOLDERS.train("{robot}", model or "{model}")
     curve = {
         "x": "samples",
@@ -222,6 +225,7 @@ def _training(name: str, over: str, model: str, title: str) -> Step:
         over={"robot": over},
         inputs=("dataset",),
         model=model,
+        overrides=overrides,
         outputs=(
             *(Output(_path(folder, file), read=True) for file in _TRAINED),
             Output(_path(folder, "other.safetensors")),
@@ -269,7 +273,7 @@ _BEFORE_REPORT = (
         outputs=(Output(_path(_FOLDERS.tune("{robot}"))),),
         files=(PUBLISHED,),
     ),
-    _training("train", "robots", "", "Training"),
+    _training("train", "robots", "", "Training", (f"train.from={{{NETWORKS}}}",)),
     _training("train_flow", "flow_robots", "flow", "Training of the flow"),
     _evaluation("evaluate_neural", "robots", "neural", ("dataset", "train"), settings=("lm",)),
     _evaluation(
@@ -294,6 +298,7 @@ _BEFORE_REPORT = (
         "detector",
         "detector",
         over={"robot": "detector_robots"},
+        overrides=(f"detector.from={{{NETWORKS}}}",),
         outputs=(
             *(Output(_path(_FOLDERS.detector("{robot}"), file), read=True) for file in _TRAINED),
             *(

@@ -11,18 +11,19 @@ from collections.abc import Iterable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 from baselines.registry import using
 from pipeline.config import compose
 from pipeline.containers import to_dict
-from pipeline.learning.weights import CARD, read_card, shipped_weights
+from pipeline.learning.card import CARD, read_card
 from pipeline.progress import LOGGER
 from pipeline.settings import Config
 from pipeline.solvers import is_neural, models_of
 from pipeline.stages.best import trained_config
 from pipeline.stages.graph import STAGES
 from pipeline.stages.inputs import artifacts, find_dataset
+from pipeline.stages.shipped import agree, shipped_network
 
 BOOKKEEPING = ("device", "kinematics", "checkpoint_s", "validations", "source")
 
@@ -87,8 +88,7 @@ def weights_of(solver: str, config: Config) -> Path:
     found = folders.find(own.relative_to(folders.root) / CARD)
     if found is not None and _same_training(found.parent, trained_config(config)):
         return found.parent
-    shipped = shipped_weights(config.robot.name)
-    if _as_shipped(shipped, config):
+    if (shipped := shipped_network(config)) is not None:
         LOGGER.info("no weights of %s were trained here: those of the project do", own.parent.name)
         return shipped
     LOGGER.info("there are no weights of %s for this run yet: training first", config.robot.name)
@@ -103,27 +103,11 @@ def _with_model(name: str, config: Config) -> Config:
     return replace(config, model=meant.model, train=train)
 
 
-def _as_shipped(folder: Path, config: Config) -> bool:
-    """Whether the project's weights are of this network and nothing of training was overridden."""
-    if not (folder / CARD).exists():
-        return False
-    names = [f"robot={config.robot.name}", f"profile={config.profile}"]
-    plain = compose([*names, f"model={config.model.name}"])
-    wanted, meant = to_dict(config), to_dict(plain)
-    unchanged = all(wanted[key] == meant[key] for key in ("seed", "train", "model"))
-    return unchanged and _agree(read_card(folder)["config"]["model"], wanted["model"])
-
-
 def _same_training(folder: Path, config: Config) -> bool:
     """Whether weights were trained as ``config`` would; device and bookkeeping do not matter."""
     made = read_card(folder).get("config", {})
     wanted = to_dict(config)
-    if made.get("seed") != wanted["seed"] or not _agree(made.get("model", {}), wanted["model"]):
+    if made.get("seed") != wanted["seed"] or not agree(made.get("model", {}), wanted["model"]):
         return False
     ours = {key: value for key, value in wanted["train"].items() if key not in BOOKKEEPING}
-    return _agree(made.get("train", {}), ours)
-
-
-def _agree(theirs: dict[str, Any], ours: dict[str, Any]) -> bool:
-    """Whether a card has our values; cards of earlier versions hold the keys of all networks."""
-    return all(theirs.get(key) == value for key, value in ours.items())
+    return agree(made.get("train", {}), ours)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,20 +14,26 @@ from pipeline.artifacts import exclusive
 from pipeline.closure import source_tree
 from pipeline.containers import to_dict
 from pipeline.data.dataset import CARD, PoseSet, read_split
-from pipeline.data.files import read_json, write_json, write_text
+from pipeline.data.files import read_json, replacing, write_json, write_text
+from pipeline.learning.card import chain_facts, read_card
 from pipeline.learning.checkpoint import Progress, State
-from pipeline.learning.factory import build_network
+from pipeline.learning.factory import build_network, make_objective
 from pipeline.learning.networks import parameter_count
 from pipeline.learning.registry import declared_modules
 from pipeline.learning.trainer import Trainer, TrainingRun
-from pipeline.learning.weights import chain_facts, read_card, save_weights
+from pipeline.learning.weights import OTHER_WEIGHTS, WEIGHTS, load_network, save_weights
 from pipeline.seeding import derive_seed
+from pipeline.solvers import displayed_path
 from pipeline.stages.best import trained_config
 from pipeline.stages.inputs import artifacts, dataset_of, robot_of
+from pipeline.stages.shipped import SHIPPED, shipped_network
 from robots import Robot
 
 if TYPE_CHECKING:
     from pipeline.settings import Config
+
+# Columns of the curve of a network that was not trained here, which has no points.
+CURVE = ("step", "samples", "validation_position_error_mm", "validation_rotation_error_deg")
 
 
 def check(config: Config) -> None:
@@ -38,12 +45,17 @@ def run(config: Config) -> list[Path]:
     """Train and write weights.safetensors, card.json, metrics.json and curve.csv.
 
     The last network is kept or the best, as `train.keep` says; other.safetensors is the other one.
+    With `train.from=shipped` it is the network of the project, if that is what would be trained.
     """
     robot = robot_of(config)
     config = trained_config(config)
     folders = artifacts(config)
     data = dataset_of(config)
     folder = folders.train(robot.name, config.model.name)
+    if config.train.source == SHIPPED and (shipped := shipped_network(config)) is not None:
+        with exclusive(folder):
+            _take(shipped, folder, robot, read_split(data, "validation", robot), config)
+        return [folder]
     poses, held_out = (read_split(data, split, robot) for split in ("train", "validation"))
     poses = poses.first(config.train.poses)
     seed = derive_seed(config.seed, "train", robot.name, config.model.name, config.train.replicate)
@@ -68,6 +80,24 @@ def run(config: Config) -> list[Path]:
         _write(folder, robot, trainer, progress, held_out, config, digest)
         trainer.finish()
     return [folder]
+
+
+def _take(shipped: Path, folder: Path, robot: Robot, held_out: PoseSet, config: Config) -> None:
+    """Put the project's network where a training would leave one, with its errors measured here.
+
+    It comes alone: other.safetensors is the same network, and curve.csv has no points.
+    """
+    network = load_network(shipped, robot)
+    objective = make_objective(robot, network, config.train, torch.device("cpu"))
+    poses = torch.as_tensor(held_out.poses, dtype=torch.float32)
+    metrics = error_means(*objective.errors(poses))
+    for name in (WEIGHTS, OTHER_WEIGHTS):
+        with replacing(folder / name) as partial:
+            shutil.copyfile(shipped / WEIGHTS, partial)
+    write_text(folder / "curve.csv", ",".join(CURVE) + "\n")
+    write_json(folder / "metrics.json", metrics)
+    card = {**read_card(shipped), "validation": metrics, SHIPPED: displayed_path(shipped)}
+    write_json(folder / CARD, card)
 
 
 def _made(folder: Path) -> str:
@@ -119,7 +149,16 @@ def _write(
 def _errors(trainer: Trainer, state: State, held_out: PoseSet) -> dict[str, float]:
     """Mean errors of a network's tensors on the validation set."""
     trainer.network.load_state_dict(state)
-    position, rotation = trainer.objective.errors(trainer.tensor(held_out.poses))
+    return error_means(*trainer.objective.errors(trainer.tensor(held_out.poses)))
+
+
+def error_means(position: torch.Tensor, rotation: torch.Tensor) -> dict[str, float]:
+    """Mean of errors in mm and deg, and the share within 10 mm and 20 deg.
+
+    Args:
+        position: Euclidean errors [mm], (N,).
+        rotation: Geodesic errors [deg], (N,).
+    """
     return {
         "position_error_mm": float(position.mean()),
         "rotation_error_deg": float(rotation.mean()),

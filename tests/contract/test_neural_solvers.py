@@ -13,8 +13,9 @@ from baselines import Budget, PoseError, SolverError
 from baselines.registry import settings
 from pipeline.config import compose
 from pipeline.containers import to_dict
+from pipeline.learning.card import chain_facts
 from pipeline.learning.factory import build_network
-from pipeline.learning.weights import chain_facts, save_weights
+from pipeline.learning.weights import save_weights
 from pipeline.loading import load_solver
 from pipeline.solvers import is_neural, models_of
 from robots import Robot, load_robot, rotations

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from pipeline import load_solver
-from pipeline.learning.weights import WEIGHTS, read_card, shipped_weights
+from pipeline.learning.card import read_card, shipped_weights
+from pipeline.learning.weights import WEIGHTS
 from robots import available_robots, load_robot, rotations
 
 LARGEST_BYTES = 3_000_000

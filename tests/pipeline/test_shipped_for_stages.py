@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from pipeline.config import compose
+from pipeline.data.files import read_json
 from pipeline.errors import MissingArtifactError
-from pipeline.learning.weights import shipped_weights
+from pipeline.learning.card import shipped_weights
+from pipeline.learning.weights import load_network
+from pipeline.perception.weights import shipped_detector
 from pipeline.settings import Config
 from pipeline.stages import inputs, running
+from pipeline.stages.shipped import shipped_eyes, shipped_network
 from pipeline.stages.solvers import solver_of
 from robots import load_robot
 
@@ -60,3 +65,37 @@ def test_a_run_knows_the_weights_of_its_neural_solvers_and_no_others(
     with pytest.raises(MissingArtifactError, match="train with"):
         solver_of("cycleik", load_robot("nico"), config)
     assert solver_of("cycleik", load_robot("nico"), run).name == "cycleik"
+
+
+def test_a_shipped_network_lies_where_a_training_leaves_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(inputs, "home", lambda: tmp_path)
+    sizes = ["dataset.train=10", "dataset.validation=50", "dataset.test=10"]
+    run = ["robot=panda", "train.from=shipped", f"results_dir={tmp_path}", *sizes]
+    (folder,) = running.run_stage("train", compose(run))
+    shipped = shipped_weights("panda")
+    weights = (shipped / "weights.safetensors").read_bytes()
+    assert (folder / "weights.safetensors").read_bytes() == weights
+    card, theirs = read_json(folder / "card.json"), read_json(shipped / "card.json")
+    assert card["config"] == theirs["config"]
+    assert card["shipped"].endswith("robots/panda/weights")
+    metrics = read_json(folder / "metrics.json")
+    assert card["validation"] == metrics, "measured on the poses of this run"
+    assert 1 < metrics["position_error_mm"] < 20
+    assert metrics["success_10mm_20deg"] > 0.7
+    assert pd.read_csv(folder / "curve.csv").empty
+    load_network(folder, load_robot("panda"))
+
+
+@pytest.mark.parametrize("override", ["train.epochs=2", "model=tiny", "seed=1"])
+def test_no_shipped_network_stands_in_for_another_training(override: str) -> None:
+    assert shipped_network(compose(["robot=panda", "train.from=shipped", override])) is None
+
+
+def test_a_shipped_detector_is_of_these_objects_and_this_network() -> None:
+    assert shipped_eyes(compose(["robot=nico"])) == shipped_detector("nico")
+    assert shipped_eyes(compose(["robot=nico", "detector.network.width=160"])) is None
+    assert shipped_eyes(compose(["robot=panda"])) is None
+    fewer = "grasp.scenes.nico.objects=[tomato]"
+    assert shipped_eyes(compose(["robot=nico", fewer])) is None

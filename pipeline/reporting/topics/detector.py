@@ -40,7 +40,8 @@ def detectors(results: Results) -> Table:
         caption="The embedded detector on renderings whose light, camera pose and surroundings are "
         "drawn from ranges that training never saw: mean average precision at an overlap of 0.5, "
         "precision and recall at the threshold in use, and the position error on the table, "
-        "with a calibrated camera.",
+        "with a calibrated camera. A detector that comes with the project was trained before; one "
+        "of this run was trained in it (`networks` in conf/bench.yaml).",
     )
 
 

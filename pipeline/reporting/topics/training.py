@@ -31,6 +31,11 @@ KINDS = (("position_error_mm", "position [mm]"), ("rotation_error_deg", "rotatio
 Trained = Mapping[tuple[str, str], tuple[dict[str, Any], pd.DataFrame]]
 
 
+def origin(card: Mapping[str, Any]) -> str:
+    """Say where a network of the results comes from: from this run or with the project."""
+    return "with the project" if card.get("shipped") else "this run"
+
+
 def hyperparameters(results: Results, published: Published) -> Table:
     """Table I: what the paper's search found beside what was trained and found here."""
     rows: list[Hyperparameters] = []
@@ -39,7 +44,7 @@ def hyperparameters(results: Results, published: Published) -> Table:
         for (name, model), (card, _) in results.train.items():
             if name == robot:
                 config, parameters = card.get("config") or {}, card.get("parameters")
-                source = f"this run: {model}"
+                source = f"{origin(card)}: {model}"
                 rows.append(Hyperparameters.of(robot, source, config, parameters=parameters))
         if robot in results.tune:
             trials, best = results.tune[robot]
@@ -49,8 +54,9 @@ def hyperparameters(results: Results, published: Published) -> Table:
         (ROBOT, SOURCE, *COLUMNS),
         name="table1_hyperparameters",
         title="Table I: hyperparameters",
-        caption="The paper's best of 200 trials a robot, the networks trained in this run, and the "
-        "best trial of this run's search where there was one. Learning rate in units of 1e-4.",
+        caption="The paper's best of 200 trials a robot, the networks of this run, trained in it "
+        "or as they come with the project, and the best trial of this run's search where there was "
+        "one. Learning rate in units of 1e-4.",
     )
 
 
@@ -118,6 +124,7 @@ def _error(name: str) -> Any:
 TRAINING = (
     ROBOT,
     text("model", "Model"),
+    text("trained", "trained", lambda line: origin(line.card)),
     count("parameters", "parameters", lambda line: line.card.get("parameters")),
     count("steps", "steps", lambda line: line.last("step")),
     count("samples", "poses seen", lambda line: line.last("samples")),
@@ -145,7 +152,10 @@ def training(results: Results) -> Table:
         TRAINING,
         name="training",
         title="Training",
-        caption="Networks of this run and their mean errors on the validation set at the end.",
+        caption="Networks of this run and their mean errors on its validation set. Those that come "
+        "with the project were trained before, by the recipe on the model's name, and are judged "
+        "here: no steps, poses or curves of theirs belong to this run (`networks: default` in "
+        "conf/bench.yaml trains them again).",
     )
 
 

@@ -17,7 +17,7 @@ from pipeline.config import compose, sweep, to_yaml
 from pipeline.errors import ConfigError
 from pipeline.evaluation.runner import cache_key
 from pipeline.evaluation.task import EvaluationTask
-from pipeline.learning.weights import shipped_weights
+from pipeline.learning.card import shipped_weights
 from pipeline.solvers import check_budgets
 from pipeline.stages.solvers import solver_of
 from robots import Robot, load_robot

@@ -12,11 +12,12 @@ from baselines import PoseError, SettingError
 from pipeline.config import compose
 from pipeline.containers import to_dict
 from pipeline.errors import ConfigError
+from pipeline.learning.card import WeightsError, chain_facts
 from pipeline.learning.factory import build_network, make_objective
 from pipeline.learning.flow.network import FlowNetwork, draw_latents
 from pipeline.learning.flow.objective import FlowObjective
 from pipeline.learning.flow.solver import FlowIk
-from pipeline.learning.weights import WeightsError, chain_facts, save_weights
+from pipeline.learning.weights import save_weights
 from pipeline.loading import load_solver
 from pipeline.stages import running
 from robots import Robot, load_robot, rotations

@@ -12,13 +12,14 @@ import torch
 from pipeline.config import compose
 from pipeline.containers import to_dict
 from pipeline.data.dataset import PoseSet
+from pipeline.learning.card import chain_facts
 from pipeline.learning.factory import build_network, make_objective
 from pipeline.learning.networks import parameter_count
 from pipeline.learning.null_space.network import NullSpaceGenerator
 from pipeline.learning.null_space.objective import NullSpaceObjective, variance_loss
 from pipeline.learning.null_space.solver import NullSpaceIk
 from pipeline.learning.trainer import Trainer, TrainingRun
-from pipeline.learning.weights import chain_facts, save_weights
+from pipeline.learning.weights import save_weights
 from pipeline.loading import load_solver
 from pipeline.settings import Config
 from robots import Robot, load_robot

@@ -12,17 +12,11 @@ import torch
 from pipeline.config import compose
 from pipeline.containers import to_dict
 from pipeline.errors import ConfigError
+from pipeline.learning.card import WeightsError, chain_facts, shipped_weights
 from pipeline.learning.cycleik.solver import CycleIk
 from pipeline.learning.factory import build_network
 from pipeline.learning.networks import IkNetwork
-from pipeline.learning.weights import (
-    WEIGHTS,
-    WeightsError,
-    chain_facts,
-    load_network,
-    save_weights,
-    shipped_weights,
-)
+from pipeline.learning.weights import WEIGHTS, load_network, save_weights
 from pipeline.loading import find_weights, load_solver
 from pipeline.solvers import models_of
 from robots import Robot, load_robot

@@ -12,11 +12,13 @@ from typing import Any
 import pytest
 import yaml
 
+from pipeline.closure import source_tree
 from pipeline.commands import run
 from pipeline.commands.dvc import set_profile
 from pipeline.config import bench_lists, compose, group_choices
 from pipeline.errors import ConfigError
 from pipeline.stages import parameters
+from pipeline.stages.code_files import code_files
 from pipeline.stages.dvc_file import dvc_yaml
 from pipeline.stages.graph import STAGES, STEPS, Step
 from robots.locations import FOLDER
@@ -37,6 +39,8 @@ def run_by_dvc(text: str = "") -> list[Run]:
         for values in product(*axes.values()) if name != "code" else ():
             command = stage["cmd"].replace(" model=${model}", "").replace(" tune=${tune}", "")
             command = command.replace("${profile}", bench["profile"])
+            command = command.replace("${networks}", bench["networks"])
+            command = command.replace(" evaluate.side_by_side=${processes}", "")
             for axis, value in zip(axes, values, strict=True):
                 command = command.replace(f"${{item.{axis}}}", value)
             words = shlex.split(command)
@@ -95,7 +99,28 @@ def test_what_is_typed_replaces_a_choice_but_not_a_network_of_its_own(
     run_by_all.clear()
     run.everything(["robots=[panda]", "model=tiny"])
     trained = [overrides for name, *overrides in run_by_all if name == "train"]
-    assert trained == [["model=tiny", "robot=panda"], ["model=flow", "robot=panda"]]
+    shipped = "train.from=shipped"
+    assert trained == [["model=tiny", "robot=panda", shipped], ["model=flow", "robot=panda"]]
+
+
+def test_all_trains_what_the_project_has_where_that_is_typed(run_by_all: list[Run]) -> None:
+    run.everything(["robots=[nico]", "train.from=default", "detector.from=default"])
+    assert ("train", "detector.from=default", "robot=nico", "train.from=default") in run_by_all
+    assert not [overrides for _, *overrides in run_by_all if "train.from=shipped" in overrides]
+
+
+def test_only_networks_that_come_with_the_project_can_be_shipped(run_by_all: list[Run]) -> None:
+    """A step whose command has the key, and the file that makes it stale when one is replaced."""
+    stages = {name: stage for name, stage in content()["stages"].items() if name != "code"}
+    taking = {name for name, stage in stages.items() if "${networks}" in stage["cmd"]}
+    assert taking == {"train", "detector"}
+    made = code_files(source_tree())
+    assert {name for name, content in made.items() if "networks" in content} == {
+        "train.json",
+        "detector.json",
+    }
+    cards = made["train.json"]["networks"]
+    assert {"panda/weights/card.json", "nico/detector/card.json"} <= set(cards)
 
 
 @pytest.fixture
