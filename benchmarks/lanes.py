@@ -6,8 +6,9 @@
 Three solvers answer the same poses in one process, in turns: the scalar kernel, the kernel of
 lanes (the solver `lm` as it is), and refined CycleIK with its network. Times are medians over the
 rounds, of processor time with one thread and of wall time with more; ratios are medians of each
-round's ratio. Success is recomputed from the joints by Pinocchio. The limit is the arithmetic of an
-iteration, with no joint at a limit, at the rate at which this core does packed multiply-adds.
+round's ratio, and the speed-up by threads is that of `lm` against one thread. Success is recomputed
+from the joints by Pinocchio. The limit is the arithmetic of an iteration, with no joint at a limit,
+at the rate at which this core does packed multiply-adds.
 `--write` keeps the table as results/studies/lanes.{csv,md}.
 """
 
@@ -31,6 +32,7 @@ from baselines.lanes import LANES, load, store
 from baselines.lm import LevenbergMarquardt
 from baselines.refine import refine
 from benchmarks.refined import pair_of, reachable, success
+from pipeline import load_solver
 from robots import Robot, available_robots, load_robot
 
 Array = NDArray[np.float64]
@@ -62,6 +64,7 @@ def main() -> None:
     text = markdown(table)
     print(text)
     ratios = table[["lanes_of_scalar", "refined_of_lanes", "refined_of_scalar"]]
+    print(f"\nSpeed-up by threads: {table['speed_up_by_threads'].median():.2f} (median of robots)")
     means = np.exp(np.log(ratios).mean())
     print("\nGeometric means:", ", ".join(f"{key} {value:.3f}" for key, value in means.items()))
     if options.write:
@@ -72,12 +75,14 @@ def main() -> None:
 def measured(robot: Robot, options: argparse.Namespace, rate: float) -> dict[str, object]:
     """One row of the table."""
     refined, lm = pair_of(robot, options.threads)
+    alone = load_solver("lm", robot, threads=1)
     assert isinstance(lm, LevenbergMarquardt)
     poses = reachable(robot, options.poses)
     solvers: tuple[Callable[[], Solution], ...] = (
         lambda: one_by_one(lm, poses),
         lambda: lm.solve(poses),
         lambda: refined.solve(poses),
+        lambda: alone.solve(poses),
     )
     clock = time.process_time if options.threads == 1 else time.perf_counter
     answers = [solve() for solve in solvers]
@@ -87,7 +92,7 @@ def measured(robot: Robot, options: argparse.Namespace, rate: float) -> dict[str
             start = clock()
             solve()
             times[turn, index] = (clock() - start) / len(poses)
-    scalar_s, lanes_s, refined_s = np.median(times, axis=0)
+    scalar_s, lanes_s, refined_s, _ = np.median(times, axis=0)
     iterations = [answer.iterations.mean() for answer in answers]
     joints = len(robot.chain.prismatic)
     limit_s = (OPERATIONS + OPERATIONS_PER_JOINT * joints) / rate
@@ -101,6 +106,7 @@ def measured(robot: Robot, options: argparse.Namespace, rate: float) -> dict[str
         "lanes_of_scalar": np.median(times[:, 1] / times[:, 0]),
         "refined_of_lanes": np.median(times[:, 2] / times[:, 1]),
         "refined_of_scalar": np.median(times[:, 2] / times[:, 0]),
+        "speed_up_by_threads": np.median(times[:, 3] / times[:, 1]),
         "lm_iterations": iterations[1],
         "refined_iterations": iterations[2],
         "scalar_ns_per_iteration": scalar_s / iterations[0] * 1e9,

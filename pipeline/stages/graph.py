@@ -191,8 +191,9 @@ class Step:
         """Return the overrides of one run of the step, without profile and run's own model.
 
         Args:
-            axes: Value of each axis, and of `NETWORKS` where an override has it.
+            axes: Value of each axis; of `NETWORKS`, too, unless all are to be trained.
         """
+        axes = {NETWORKS: "default", **axes}
         fixed = [f"{group}={choice}" for group, choice in self.choices.items()]
         model = [f"model={self.model}"] if self.model else []
         robot = [f"robot={axes['robot']}"] if "robot" in axes else []

@@ -19,6 +19,7 @@ ROOT = Path(__file__).parents[2]
 BITS = """
 import sys
 import numpy as np
+from numba import njit
 from robots import load_robot
 from robots.collision_kernel import ROOT, _frames
 from robots.kinematics import tip_frame
@@ -30,12 +31,17 @@ frames[0] = ROOT
 rotation, position = np.empty((3, 3)), np.empty(3)
 joints = np.random.default_rng(0).uniform(robot.chain.lower, robot.chain.upper, (200, robot.dof))
 
+@njit
+def call(function, *arguments):
+    # Functions that only compiled code calls have no entry from Python.
+    function(*arguments)
+
 def kinematics(q):
-    tip_frame(robot.chain, q, rotation, position)
+    call(tip_frame, robot.chain, q, rotation, position)
     return rotation.tobytes() + position.tobytes()
 
 def collision(q):
-    _frames(tree, q, frames)
+    call(_frames, tree, q, frames)
     return frames.tobytes()
 
 kernels = {"kinematics": kinematics, "collision": collision}

@@ -2,7 +2,6 @@
 
 import operator
 import platform
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -24,15 +23,16 @@ from baselines.lanes import (
 from baselines.lanes_kinematics import find_lanes_error, find_lanes_frames, find_lanes_jacobian
 from baselines.lanes_step import lanes_damped_step
 from baselines.lanes_trigonometry import lanes_angle, lanes_sine_cosine
-from baselines.lanes_work import new_room
+from baselines.lanes_work import STATES, Work, new_room
 from baselines.linearise import (
-    Linearisation,
     find_error,
     find_frames,
     find_jacobian,
     new_linearisation,
     set_target,
 )
+from baselines.lm_kernel import _scratch
+from baselines.seed_library import empty_seed_library
 from robots import Robot, available_robots, load_robot
 from tests.small_arms import arm, save
 from tests.unit.baselines.test_lm import MIXED
@@ -158,26 +158,6 @@ def test_angles_to_the_last_digits() -> None:
         assert (np.abs(lanes[2] - expected) <= 1e-15 * expected).all()
 
 
-class Kinematics(NamedTuple):
-    """Arrays for the lanes of one robot, and what belongs to one configuration at a time."""
-
-    chain: object
-    q: Array
-    step: Array
-    free: Array
-    target: Array
-    axes: Array
-    jacobian: Array
-
-
-class One(NamedTuple):
-    at: Linearisation
-    solved: Array
-    step: Array
-    free: Array
-    q: Array
-
-
 @njit(_nrt=False)
 def _linearise(chain, w, out):  # type: ignore[no-untyped-def]
     frame = find_lanes_frames(chain, w.q, w.axes)
@@ -200,17 +180,24 @@ def _move(chain, w, still, passes):  # type: ignore[no-untyped-def]
     lanes_damped_step(chain, w, error, 1e-3 + 0.1 * (distance2 + angle2), moving, passes)
 
 
-def lanes_for(robot: Robot, joints: Array, poses: Array) -> Kinematics:
-    """Lanes with configurations (LANES, dof) and targets (LANES, 7)."""
+def lanes_for(robot: Robot, joints: Array, poses: Array) -> Work:
+    """Lanes with configurations (LANES, dof) and targets (LANES, 7).
+
+    A type of its own would be pickled into numba's cache of the functions called with it, and
+    whoever reads that cache without this file at hand would fail.
+    """
     dof, driven = robot.dof, len(robot.chain.prismatic)
     target = np.empty((12, LANES))
     at = new_linearisation(driven, dof)
     for lane, pose in enumerate(poses):
         set_target(pose, at)
         target[:9, lane], target[9:, lane] = at.goal.ravel(), pose[:3]
-    shapes = ((dof, LANES), (dof, LANES), (6 * driven, LANES), (6 * dof, LANES))
-    step, free, axes, jacobian = (np.zeros(shape) for shape in shapes)
-    return Kinematics(robot.chain, joints.T.copy(), step, free, target, axes, jacobian)
+    step, free, best, start, pose_best = np.zeros((5, dof, LANES))
+    axes, jacobian = np.zeros((6 * driven, LANES)), np.zeros((6 * dof, LANES))
+    state, distances = np.zeros((STATES, LANES)), np.zeros((LANES, 0), dtype=np.float32)
+    goal = target[:9].reshape(3, 3, LANES)
+    own = (joints.T.copy(), step, free, best, start, pose_best)
+    return Work(*own, target, goal, axes, jacobian, state, distances)
 
 
 @pytest.fixture(scope="module", params=[*available_robots(), "mixed", 1, 4, 20])
@@ -265,7 +252,6 @@ def test_errors_of_half_turns_and_of_none(turn: float) -> None:
 
 @pytest.mark.parametrize("passes", [0, 1, 3])
 def test_lanes_step_as_one_configuration_does(robot: Robot, passes: int) -> None:
-    dof = robot.dof
     for seed in range(8):
         joints = configurations(robot, seed)
         poses = robot.forward_kinematics(robot.sample(LANES, seed=70 + seed, collision_free=False))
@@ -276,13 +262,12 @@ def test_lanes_step_as_one_configuration_does(robot: Robot, passes: int) -> None
         assert np.array_equal(w.q[:, 3], joints[3])
         assert (w.q >= robot.chain.lower[:, None]).all()
         assert (w.q <= robot.chain.upper[:, None]).all()
-        at = new_linearisation(len(robot.chain.prismatic), dof)
-        one = One(at, np.empty(6), np.empty(dof), np.empty(dof, dtype=bool), np.empty(dof))
+        one = _scratch(len(robot.chain.prismatic), robot.dof, empty_seed_library(robot.dof))
         for lane in set(range(LANES)) - {3}:
             one.q[:] = joints[lane]
-            set_target(poses[lane], at)
-            find_frames(robot.chain, one.q, at)
-            squared = sum(find_error(poses[lane], at))
+            set_target(poses[lane], one.at)
+            find_frames(robot.chain, one.q, one.at)
+            squared = sum(find_error(poses[lane], one.at))
             damped_step(robot.chain, one, None, 1e-3 + 0.1 * squared, passes)
             assert np.allclose(w.q[:, lane], one.q, atol=1e-9)
 
