@@ -28,7 +28,7 @@ def damped_solve(J, free, error, damping, y):  # type: ignore[no-untyped-def]
     y[0], y[1], y[2], y[3], y[4], y[5] = solve_packed(packed, e)
 
 
-@njit(cache=True, _nrt=False)
+@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
 def diagonal(value, zero):  # type: ignore[no-untyped-def]
     """Packed matrix with a value on its diagonal and a zero of the same type beside it."""
     first = (value, zero, value, zero, zero, value, zero, zero, zero, value)
@@ -50,7 +50,7 @@ def add_outer_product(packed, row):  # type: ignore[no-untyped-def]
     return first + (a40, a41, a42, a43, a44, a50, a51, a52, a53, a54, a55 + t * t)  # noqa: RUF005
 
 
-@njit(cache=True, fastmath={"contract", "reassoc"}, _nrt=False)
+@njit(cache=True, fastmath={"contract", "reassoc"}, _nrt=False, forceinline=True)
 def solve_packed(packed, error):  # type: ignore[no-untyped-def]
     """Solve A y = e by an L D Lᵀ factorisation, A (6, 6) symmetric and positive definite.
 

@@ -232,13 +232,13 @@ def mask_bits(typing, mask):  # type: ignore[no-untyped-def]
     return types.int64(mask), emit
 
 
-@njit(cache=True, _nrt=False)
+@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
 def least(a, b):  # type: ignore[no-untyped-def]
     """Lane by lane the smaller one."""
     return select(a < b, a, b)
 
 
-@njit(cache=True, _nrt=False)
+@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
 def greatest(a, b):  # type: ignore[no-untyped-def]
     """Lane by lane the greater one."""
     return select(a > b, a, b)

@@ -72,7 +72,7 @@ class _Scratch(NamedTuple):
     distances: NDArray[np.float32]
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(cache=True)
 def _scratch(joints, dof, library):  # type: ignore[no-untyped-def]
     return _Scratch(
         new_linearisation(joints, dof),

@@ -16,7 +16,7 @@ from pipeline.learning.cycleik.compiled.answers import (
     compiled_experts,
 )
 from pipeline.learning.cycleik.experts import Experts
-from pipeline.learning.cycleik.query import refined_query
+from pipeline.learning.cycleik.compiled.query import refined_query
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
 from robots.threads import forked
