@@ -11,7 +11,7 @@ from safetensors.torch import load_file
 from torch import Tensor, nn
 
 import robots
-from pipeline.data.files import read_json, sha256, write_json
+from pipeline.data.files import read_json, sha256, write_sealed_json
 from pipeline.data.tensors import write_tensors
 from pipeline.learning.factory import build_network, model_config
 from pipeline.learning.networks import IkNetwork
@@ -50,7 +50,7 @@ def save_weights(
     trained = {name for name, _ in network.named_parameters()} if half else set()
     state = network.state_dict().items()
     write_tensors(path, {name: t.half() if name in trained else t for name, t in state})
-    write_json(folder / CARD, {**card, "weights_sha256": sha256(path)})
+    write_sealed_json(folder / CARD, {**card, "weights_sha256": sha256(path)})
 
 
 def load_network(folder: Path, robot: Robot, kinds: Collection[str] = ()) -> IkNetwork:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.data.files import read_json
+from pipeline.data.files import check_listed, read_json
 from pipeline.data.tables import read_table
 
 
@@ -72,8 +72,9 @@ def read_sweeps(folder: Path) -> tuple[list[SweptRun], list[str]]:
         try:
             card = read_json(path)
             _ = card["robot"], card["config"]["train"], card["config"]["model"]["name"]
-            curve = pd.read_csv(path.with_name("curve.csv"))
-            runs.append(SweptRun(path.parents[3], dict(card), curve))
+            curve = path.with_name("curve.csv")
+            check_listed(curve, card)
+            runs.append(SweptRun(path.parents[3], dict(card), pd.read_csv(curve)))
         except (ValueError, OSError) as error:
             notes.append(f"{path.relative_to(folder)} could not be read: {error}.")
     return runs, notes

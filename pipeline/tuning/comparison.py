@@ -20,7 +20,7 @@ from torch import nn
 from pipeline.closure import source_tree
 from pipeline.containers import to_dict
 from pipeline.data.dataset import PoseSet
-from pipeline.data.tables import read_table
+from pipeline.data.tables import TableError, read_table
 from pipeline.learning.checkpoint import Progress
 from pipeline.learning.config import ModelConfig, TrainConfig
 from pipeline.learning.cycleik.experts import Experts
@@ -108,7 +108,7 @@ def run_comparison(
         path: Where the rows lie.
         keep: Called with all rows after each training.
     """
-    kept = read_table(path) if path.exists() else pd.DataFrame({"run": pd.Series(dtype=str)})
+    kept = _kept(path)
     rows: list[dict[str, Any]] = []
     turns = [(number, who) for number in range(config.tune.comparison.replicates) for who in chosen]
     runs = [_run_digest(robot, config, who, number) for number, who in turns]
@@ -124,6 +124,16 @@ def run_comparison(
         later = kept[kept.run.isin(runs[place + 1 :])].to_dict("records")
         keep(pd.DataFrame([*rows, *later]))
     return pd.DataFrame(rows)
+
+
+def _kept(path: Path) -> pd.DataFrame:
+    """Rows of trainings that ended; none where the file is damaged."""
+    try:
+        if path.exists():
+            return read_table(path)
+    except TableError as error:
+        LOGGER.warning("%s: all trainings run anew", error)
+    return pd.DataFrame({"run": pd.Series(dtype=str)})
 
 
 def multiply_adds(network: nn.Module) -> float:

@@ -12,7 +12,7 @@ from scipy.stats import t
 
 from pipeline.config import compose
 from pipeline.data.dataset import PoseSet
-from pipeline.data.files import write_text
+from pipeline.data.files import write_sealed_yaml
 from pipeline.data.tables import write_table
 from pipeline.errors import PipelineError
 from pipeline.learning.factory import build_network
@@ -81,13 +81,15 @@ def test_trainings_see_the_same_poses_differ_by_seed_and_are_kept(tmp_path: Path
 def test_the_best_of_a_search_for_another_kind_of_model_is_refused(tmp_path: Path) -> None:
     config = compose([*SMOKE, "tune.comparison.candidates=[best,default,table_one]"])
     best = tmp_path / "best.yaml"
-    write_text(best, "train: {learning_rate: 0.02}\nmodel: {hidden: [96]}\nof: {kind: mlp}\n")
+    write_sealed_yaml(
+        best, "train: {learning_rate: 0.02}\nmodel: {hidden: [96]}\nof: {kind: mlp}\n"
+    )
     found, plain, paper = load_candidates(config, best, compose)
     assert (found.train.learning_rate, found.model.hidden) == (0.02, [96])
     assert (plain.train, plain.model) == (config.train, config.model)
     assert paper.model.hidden == config.robot.table_one.hidden
     assert paper.train.learning_rate == config.robot.table_one.learning_rate
-    write_text(best, "train: {}\nmodel: {}\nof: {kind: experts, model: compact}\n")
+    write_sealed_yaml(best, "train: {}\nmodel: {}\nof: {kind: experts, model: compact}\n")
     with pytest.raises(PipelineError, match="set model=compact"):
         load_candidates(config, best, compose)
 

@@ -1,17 +1,9 @@
-"""Mutated URDFs and odd arguments: each is taken or refused in a sentence, and soon.
-
-    python benchmarks/fuzzing.py [--urdfs 10000] [--arguments 10000] [--seed 0]
-
-Prints how many of each were taken and refused, and every one that ended otherwise: in a foreign
-exception, after more than ten seconds, or with numbers that are not finite. Status 1 if any did.
-"""
+"""Mutated URDFs and odd arguments: each is taken or refused in a sentence, and soon."""
 
 from __future__ import annotations
 
-import argparse
 import random
 import re
-import sys
 import tempfile
 import time
 from collections import Counter
@@ -45,20 +37,8 @@ VALUES: tuple[Any, ...] = (
 )
 
 
-def main() -> int:
-    """Run both."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--urdfs", type=int, default=10_000)
-    parser.add_argument("--arguments", type=int, default=10_000)
-    parser.add_argument("--seed", type=int, default=0)
-    options = parser.parse_args()
-    chance = random.Random(options.seed)
-    bad = fuzz_urdfs(options.urdfs, chance) + fuzz_arguments(options.arguments, chance)
-    return 1 if bad else 0
-
-
-def fuzz_urdfs(count: int, chance: random.Random) -> int:
-    """Mutate the project's own URDFs and load them; return how many ended badly."""
+def fuzz_urdfs(count: int, chance: random.Random) -> dict[str, Any]:
+    """Mutate the project's own URDFs and load them; return a row of counts."""
     told = [find_description(name) for name in available_robots()]
     chains = [(robot.urdf.read_text(), robot.base, robot.tip) for robot in told]
     fixtures = FOLDER.parent / "tests" / "fixtures"
@@ -72,8 +52,7 @@ def fuzz_urdfs(count: int, chance: random.Random) -> int:
             data = mutated(text, chance)
             path.write_bytes(data)
             ends[_outcome(partial(_use, path, base, tip), f"URDF {number}", data[:200])] += 1
-    print(f"{count} URDFs: {dict(ends)}")
-    return ends["bad"]
+    return _row("mutated URDFs", count, ends)
 
 
 def mutated(text: str, chance: random.Random) -> bytes:
@@ -102,8 +81,8 @@ def _use(path: Path, base: str, tip: str) -> None:
     assert np.isfinite(robot.forward_kinematics(joints)).all(), "poses that are not finite"
 
 
-def fuzz_arguments(count: int, chance: random.Random) -> int:
-    """Hand odd values to every entry of the library; return how many calls ended badly."""
+def fuzz_arguments(count: int, chance: random.Random) -> dict[str, Any]:
+    """Hand odd values to every entry of the library; return a row of counts."""
     robot = load_robot("panda")
     solvers = {name: baselines.load(name, robot) for name in ("lm", "bio_ik", "pinocchio")}
     for solver in solvers.values():  # kernels are compiled at their first call
@@ -117,8 +96,13 @@ def fuzz_arguments(count: int, chance: random.Random) -> int:
         calls = _calls(robot, solvers[name], key, one, two)
         which = chance.randrange(len(calls))
         ends[_outcome(calls[which], f"call {which} of {name} {key}", (one, two))] += 1
-    print(f"{count} calls: {dict(ends)}")
-    return ends["bad"]
+    return _row("arguments", count, ends)
+
+
+def _row(target: str, count: int, ends: Counter[str]) -> dict[str, Any]:
+    """What happened as a row of the table."""
+    kinds = {kind: ends[kind] for kind in ("taken", "refused", "bad")}
+    return {"attack": "odd input", "target": target, "count": count, **kinds}
 
 
 def _calls(
@@ -158,7 +142,3 @@ def _outcome(call: Callable[[], object], what: str, given: object) -> str:
         print(f"{what}: took {time.perf_counter() - began:.0f} s for {given!r}"[:600])
         end = "bad"
     return end
-
-
-if __name__ == "__main__":
-    sys.exit(main())
