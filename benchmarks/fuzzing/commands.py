@@ -141,6 +141,7 @@ def comparable(path: Path) -> Any:
     if path.name == "trials.csv":
         rows = pd.read_csv(path)
         rows = rows[rows.state == "COMPLETE"]  # those whose worker was killed stand there as well
+        rows = rows.dropna(axis="columns", how="all")
         return rows[[name for name in rows if name != "number" and not CLOCKS.search(str(name))]]
     if path.suffix in (".safetensors", ".npy") or path.name == "curve.csv":
         return path.read_bytes()

@@ -70,14 +70,16 @@ def kill_stages(
     warm_up()
     whole, log = root / "whole", root / "log.txt"
     times = {}
-    for run in RUNS:
+    wanted = list(names or RUNS)
+    needed = list(RUNS)[: 1 + max(list(RUNS).index(name) for name in wanted)]
+    for run in needed:
         began = time.monotonic()
         status = ended(forked(run_main(command(run, whole)), log))
         times[run] = time.monotonic() - began
         if status:
             raise SystemExit(f"{run} undisturbed ended with {status}: {log.read_text()[-2000:]}")
         print(f"{run}: {times[run]:.1f} s undisturbed", flush=True)
-    for run in names or RUNS:
+    for run in wanted:
         tally = Tally(run, times[run])
         _attack(tally, whole, root / "cut", signal.SIGKILL, count, chance, log)
         _attack(tally, whole, root / "cut", signal.SIGTERM, terminations, chance, log)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from filelock import FileLock
 
 OUT = Path(__file__).parents[2] / "results" / "studies" / "fuzzing.csv"
 KEY = ["attack", "target"]
@@ -20,12 +21,17 @@ half a file. *refused*: in one sentence; *anew*: what was damaged is made again.
 
 def record(row: dict[str, Any]) -> None:
     """Put a row into the table, in place of an earlier one of the same attack and target."""
+    OUT.parent.mkdir(parents=True, exist_ok=True)
+    with FileLock(OUT.with_name(f".{OUT.name}.lock")):
+        _put(row)
+
+
+def _put(row: dict[str, Any]) -> None:
     table = pd.read_csv(OUT) if OUT.exists() else pd.DataFrame(columns=KEY)
     others = table[~(table[KEY] == pd.Series({key: row[key] for key in KEY})).all(axis=1)]
     table = pd.DataFrame([*others.to_dict("records"), row])
     front = [*KEY, "count", "bad"]
     table = table[front + [name for name in table if name not in front]].convert_dtypes()
-    OUT.parent.mkdir(parents=True, exist_ok=True)
     table.to_csv(OUT, index=False)
     OUT.with_suffix(".md").write_text(TITLE + "\n" + _markdown(table), encoding="utf-8")
 

@@ -20,7 +20,7 @@ from pipeline.tuning.figures import write_figures
 from pipeline.tuning.hyperparameters import Hyperparameters, found_hyperparameters
 from pipeline.tuning.journal import WORKER
 from pipeline.tuning.space import draw
-from pipeline.tuning.study import ABANDONED, REASON, START, count
+from pipeline.tuning.study import ABANDONED, DRAW, REASON, START, count
 
 if TYPE_CHECKING:
     from pipeline.settings import Config
@@ -107,7 +107,7 @@ def _like_table_one(study: Study, config: Config) -> Table:
 
 
 def _row(trial: FrozenTrial) -> dict[str, Any]:
-    attributes = {k: v for k, v in trial.user_attrs.items() if k not in (WORKER, START)}
+    attributes = {k: v for k, v in trial.user_attrs.items() if k not in (WORKER, START, DRAW)}
     if trial.state == TrialState.FAIL:
         attributes.setdefault(REASON, ABANDONED)  # Optuna fails those without a heartbeat mutely
     return {
