@@ -4,6 +4,7 @@
     python -m benchmarks.fuzzing arguments --count 10000
     python -m benchmarks.fuzzing kills --count 20 --terminations 5 [--only train plan]
     python -m benchmarks.fuzzing files --count 20 [--only ...]
+    python -m benchmarks.fuzzing disks --count 4 [--only train plan]
 
 Prints what went wrong and puts the counts into results/studies/fuzzing.{csv,md}; status 1 if
 anything went wrong. Hours of a machine: no test runs it.
@@ -21,7 +22,7 @@ from typing import Any
 
 from benchmarks.fuzzing.table import record
 
-ATTACKS = ("urdfs", "arguments", "kills", "files")
+ATTACKS = ("urdfs", "arguments", "kills", "files", "disks")
 
 
 def main() -> int:
@@ -48,6 +49,10 @@ def _rows(options: argparse.Namespace, folder: Path) -> Iterator[dict[str, Any]]
         from benchmarks.fuzzing.kills import kill_stages
 
         yield from kill_stages(folder, options.count, options.terminations, chance, options.only)
+    elif options.attack == "disks":
+        from benchmarks.fuzzing.disks import attack_disks
+
+        yield from attack_disks(folder, options.count, chance, options.only)
     elif options.attack == "files":
         from benchmarks.fuzzing.files import damage_files
 

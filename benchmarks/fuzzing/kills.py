@@ -10,22 +10,11 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.fuzzing.commands import (
-    RUNS,
-    UNFINISHED,
-    command,
-    difference,
-    ended,
-    forked,
-    half_written,
-    leaves,
-    run_main,
-    warm_up,
-)
+from benchmarks.fuzzing.commands import RUNS, command, ended, forked, run_main
+from benchmarks.fuzzing.folders import begin_anew, compared, undisturbed, unreadable
 
 TERMINATED = "\nterminated; the same command goes on from here\n"
 BAD_INPUT = 2
@@ -67,19 +56,9 @@ def kill_stages(
         chance: Draws the moments.
         names: Runs; all where left out.
     """
-    warm_up()
     whole, log = root / "whole", root / "log.txt"
-    times = {}
-    wanted = list(names or RUNS)
-    needed = list(RUNS)[: 1 + max(list(RUNS).index(name) for name in wanted)]
-    for run in needed:
-        began = time.monotonic()
-        status = ended(forked(run_main(command(run, whole)), log))
-        times[run] = time.monotonic() - began
-        if status:
-            raise SystemExit(f"{run} undisturbed ended with {status}: {log.read_text()[-2000:]}")
-        print(f"{run}: {times[run]:.1f} s undisturbed", flush=True)
-    for run in wanted:
+    times = undisturbed(whole, log, names)
+    for run in names or RUNS:
         tally = Tally(run, times[run])
         _attack(tally, whole, root / "cut", signal.SIGKILL, count, chance, log)
         _attack(tally, whole, root / "cut", signal.SIGTERM, terminations, chance, log)
@@ -105,7 +84,7 @@ def _attack(
     log: Path,
 ) -> None:
     run = tally.run
-    _begin_anew(run, whole, cut)
+    begin_anew(run, whole, cut)
     done = 0
     for _ in range(MOST_STARTS * count):
         if done == count:
@@ -117,16 +96,16 @@ def _attack(
             tally.wrong.append(f"{kind.name}: a traceback: {text[-600:]}")
         if status == 0:
             tally.ended += 1
-            _compare(tally, whole, cut, log)
-            _begin_anew(run, whole, cut)
+            tally.wrong += compared(run, whole, cut, log)
+            begin_anew(run, whole, cut)
         elif kind == signal.SIGKILL and status == -kind:
             done += 1
             tally.kills += 1
-            _check(tally, cut, log)
+            tally.wrong += unreadable(cut, log)
         elif kind == signal.SIGTERM and status == BAD_INPUT and text.endswith(TERMINATED):
             done += 1
             tally.terminations += 1
-            _check(tally, cut, log)
+            tally.wrong += unreadable(cut, log)
         else:
             tally.wrong.append(f"{kind.name}: ended with {status}: {text[-300:]}")
             done += 1
@@ -134,7 +113,7 @@ def _attack(
     if status:
         tally.wrong.append(f"after {kind.name}: ended with {status}: {log.read_text()[-600:]}")
     else:
-        _compare(tally, whole, cut, log)
+        tally.wrong += compared(run, whole, cut, log)
     shutil.rmtree(cut)
 
 
@@ -157,47 +136,3 @@ def _signalled(number: int, kind: signal.Signals, after_s: float) -> int:
     os.killpg(number, signal.SIGKILL)
     os.waitpid(number, 0)
     return -int(signal.SIGALRM)
-
-
-def _begin_anew(run: str, whole: Path, cut: Path) -> None:
-    """A results folder with all that the run reads and nothing that it writes."""
-    if cut.exists():
-        shutil.rmtree(cut)
-    if run == "dataset":  # nothing else need be there
-        return
-    shutil.copytree(whole, cut)
-    for place in (cut / name for name in (*leaves(run), UNFINISHED)):
-        shutil.rmtree(place) if place.is_dir() else place.unlink(missing_ok=True)
-
-
-def _check(tally: Tally, cut: Path, log: Path) -> None:
-    if not cut.exists():
-        return
-    for what in _said(partial(_say_half_written, cut), log):
-        tally.wrong.append(f"half-written after a signal: {what}")
-
-
-def _compare(tally: Tally, whole: Path, cut: Path, log: Path) -> None:
-    for what in _said(partial(_say_difference, whole, cut, tally.run), log):
-        tally.wrong.append(f"another result: {what}")
-    for what in _said(partial(_say_half_written, cut), log):
-        tally.wrong.append(f"half-written at the end: {what}")
-    for path in cut.rglob("*.partial*"):
-        tally.wrong.append(f"left behind: {path.relative_to(cut)}")
-
-
-def _said(call: Any, log: Path) -> list[str]:
-    """Lines that a call prints in a fork: the parent must not start threads of libraries."""
-    status = ended(forked(call, log))
-    lines = log.read_text().splitlines()
-    return lines if status == 0 else [f"the check itself failed: {lines[-3:]}"]
-
-
-def _say_half_written(root: Path) -> int:
-    print("\n".join(half_written(root)), end="")
-    return 0
-
-
-def _say_difference(one: Path, other: Path, run: str) -> int:
-    print(difference(one, other, run), end="")
-    return 0

@@ -13,7 +13,7 @@ KEY = ["attack", "target"]
 TITLE = """\
 # Odd input, kills and damaged files
 
-Made by `python -m benchmarks.fuzzing urdfs|arguments|kills|files`. *count*: inputs, kills or
+Made by `python -m benchmarks.fuzzing urdfs|arguments|kills|files|disks`. *count*: inputs, kills or
 damaged files; *bad*: ended in a traceback, after more than ten seconds, with a wrong answer or with
 half a file. *refused*: in one sentence; *anew*: what was damaged is made again.
 """
