@@ -65,7 +65,7 @@ def encode(path: Path, frames: Iterable[Frame], rate: float, options: Sequence[s
             assert process.stdin is not None
             with suppress(BrokenPipeError):  # it ended; why, it says
                 for frame in (first, *frames):
-                    process.stdin.write(np.ascontiguousarray(frame))
+                    process.stdin.write(frame.tobytes())
                 process.stdin.flush()
             with suppress(BrokenPipeError):
                 process.stdin.close()
