@@ -40,7 +40,7 @@ RUNS: dict[str, tuple[str, ...]] = {
     "train": (),
     "evaluate": (),
     "sample": ("model=null_space", "train.epochs=1"),
-    "plan": (),
+    "plan": ("plan.solvers=[cycleik,cycleik_refined,lm]",),  # those that no clock stops
     "detector": (),
     "grasp": (),
     "grasp_agent": ("perception=camera", "agent=policy"),
