@@ -19,8 +19,9 @@ from pipeline.presentation.table import Table
 from pipeline.tuning.figures import write_figures
 from pipeline.tuning.hyperparameters import Hyperparameters, found_hyperparameters
 from pipeline.tuning.journal import WORKER
+from pipeline.tuning.sampling import DRAW
 from pipeline.tuning.space import draw
-from pipeline.tuning.study import ABANDONED, DRAW, REASON, START, count
+from pipeline.tuning.study import ABANDONED, REASON, START, count
 
 if TYPE_CHECKING:
     from pipeline.settings import Config

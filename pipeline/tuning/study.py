@@ -19,7 +19,7 @@ from pipeline.errors import PipelineError
 from pipeline.progress import LOGGER
 from pipeline.provenance import digest
 from pipeline.seeding import derive_seed
-from pipeline.tuning.sampling import make_pruner, make_sampler
+from pipeline.tuning.sampling import DRAW, make_pruner, make_sampler
 from pipeline.tuning.space import starting_points
 from pipeline.tuning.storage import Store
 
@@ -30,7 +30,6 @@ FINISHED = (TrialState.COMPLETE, TrialState.PRUNED)
 # What a configuration can do to its trial: out of memory is a RuntimeError of torch, or this.
 FAULTS = (RuntimeError, ValueError, MemoryError, ArithmeticError)
 START, REASON = "start", "reason"  # attributes of trials
-DRAW = "draw"  # another: the number that its draws are seeded by
 ABANDONED = "its worker died"
 # How a study is run, not what its trials are: another value continues the same study.
 RUNNING_OF_IT = ("trials", "workers", "storage", "heartbeat_s", "stop", "comparison")
