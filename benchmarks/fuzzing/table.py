@@ -14,8 +14,8 @@ TITLE = """\
 # Odd input, kills and damaged files
 
 Made by `python -m benchmarks.fuzzing urdfs|arguments|kills|files|disks`. *count*: inputs, kills or
-damaged files; *bad*: ended in a traceback, after more than ten seconds, with a wrong answer or with
-half a file. *refused*: in one sentence; *anew*: what was damaged is made again.
+damaged files; *bad*: ended in a traceback, after more than ten seconds of the processor, with a
+wrong answer or half a file. *refused*: in one sentence; *anew*: what was damaged is made again.
 """
 
 

@@ -114,15 +114,19 @@ def run_comparison(
     runs = [_run_digest(robot, config, who, number) for number, who in turns]
     for place, (replicate, candidate) in enumerate(turns):
         run = runs[place]
-        found = kept[kept.run == run].to_dict("records")
+        # The best of a search may be the default: one run under two names.
+        found = kept[(kept["run"] == run) & (kept["name"] == candidate.name)].to_dict("records")
         if found:
             rows += [{str(key): value for key, value in found[0].items()}]
             continue
         rate = next((row["poses_per_s"] for row in rows if row["name"] == candidate.name), None)
         made = _train(robot, config, candidate, sets, replicate, rate)
         rows.append({"robot": robot.name, "name": candidate.name, "run": run, **made})
-        later = kept[kept.run.isin(runs[place + 1 :])].to_dict("records")
-        keep(pd.DataFrame([*rows, *later]))
+        to_come = {
+            (r, who.name) for r, (_, who) in zip(runs[place + 1 :], turns[place + 1 :], strict=True)
+        }
+        known = [key in to_come for key in zip(kept["run"], kept["name"], strict=True)]
+        keep(pd.DataFrame([*rows, *kept[known].to_dict("records")]))
     return pd.DataFrame(rows)
 
 
@@ -133,7 +137,7 @@ def _kept(path: Path) -> pd.DataFrame:
             return read_table(path)
     except TableError as error:
         LOGGER.warning("%s: all trainings run anew", error)
-    return pd.DataFrame({"run": pd.Series(dtype=str)})
+    return pd.DataFrame({"run": [], "name": []}, dtype=str)
 
 
 def multiply_adds(network: nn.Module) -> float:

@@ -13,13 +13,14 @@ from scipy.stats import t
 from pipeline.config import compose
 from pipeline.data.dataset import PoseSet
 from pipeline.data.files import write_sealed_yaml
-from pipeline.data.tables import write_table
+from pipeline.data.tables import read_table, write_table
 from pipeline.errors import PipelineError
 from pipeline.learning.factory import build_network
 from pipeline.reporting.results import read_results
 from pipeline.reporting.topics.tuning import tuned_against_table_one, welch
 from pipeline.tuning.comparison import (
     Candidate,
+    Keep,
     load_candidates,
     multiply_adds,
     run_comparison,
@@ -76,6 +77,34 @@ def test_trainings_see_the_same_poses_differ_by_seed_and_are_kept(tmp_path: Path
     again = run_comparison(robot, config, chosen, (poses, poses.first(60)), path, keep)
     assert written == [1, 2, 3, 4]
     pd.testing.assert_frame_equal(again, rows)
+
+
+def test_a_best_that_is_the_default_stays_apart_when_a_killed_comparison_goes_on(
+    tmp_path: Path,
+) -> None:
+    overrides = ["tune.comparison.currency=poses", "tune.comparison.amount=200"]
+    config = compose([*SMOKE, *overrides, "tune.comparison.replicates=2"])
+    chosen = [Candidate(name, config.train, config.model) for name in ("best", "default")]
+    robot = load_robot("nico")
+    joints = np.random.default_rng(0).uniform(robot.lower, robot.upper, (200, robot.dof))
+    poses = PoseSet(robot.forward_kinematics(joints), joints)
+    path = tmp_path / "rows.parquet"
+
+    def until(count: int) -> Keep:
+        def keep(rows: pd.DataFrame) -> None:
+            write_table(path, rows, {})
+            if len(rows) == count:
+                raise KeyboardInterrupt
+
+        return keep
+
+    for count in (1, 2, 3):
+        with pytest.raises(KeyboardInterrupt):
+            run_comparison(robot, config, chosen, (poses, poses), path, until(count))
+        assert read_table(path)["name"].tolist() == (["best", "default"] * 2)[:count]
+    rows = run_comparison(robot, config, chosen, (poses, poses), path, until(0))
+    assert rows["name"].tolist() == ["best", "default"] * 2
+    assert rows["run"].nunique() == 2 and rows["replicate"].tolist() == [0, 0, 1, 1]
 
 
 def test_the_best_of_a_search_for_another_kind_of_model_is_refused(tmp_path: Path) -> None:
