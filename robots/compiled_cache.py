@@ -9,14 +9,23 @@ from __future__ import annotations
 
 import hashlib
 import os
+import pickle
 import tempfile
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
+import numba.core.caching
 import numba.core.config
 
 from robots.compile_notice import announce_compiling
 
 ROOT = Path(__file__).parents[1]
+# What unpickling half a file raises.
+CUT_OFF = (
+    *(pickle.UnpicklingError, EOFError, ValueError, TypeError),
+    *(KeyError, IndexError, AttributeError, ImportError),
+)
 
 
 def source_digest(*folders: Path) -> str:
@@ -46,6 +55,7 @@ def use_own_folder(*packages: str) -> None:
         packages: The package and those whose compiled functions it calls.
     """
     announce_compiling()
+    numba.core.caching.IndexDataCacheFile = _CacheFile
     if not os.environ.get("NUMBA_CACHE_DIR"):
         digest = source_digest(*(ROOT / package for package in packages))
         folder = ROOT / packages[0] / "__pycache__" / f"numba-{digest}"
@@ -66,3 +76,28 @@ def _user_cache() -> Path:
     home = os.environ.get("XDG_CACHE_HOME") or str(Path("~").expanduser() / ".cache")
     folder = Path(home) / "cycleik-bench"
     return folder if _is_writable(folder) else Path(tempfile.gettempdir()) / "cycleik-bench"
+
+
+class _CacheFile(numba.core.caching.IndexDataCacheFile):
+    """The files of one function, of which no damage and no full disk stops a call.
+
+    Numba raises what unpickling half a file gives, and the disk's error where it cannot write. Here
+    a file that is cut off is one that is missing, and what cannot be kept is compiled again.
+    """
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep compiled code if the disk takes it."""
+        with suppress(OSError):
+            super().save(key, data)
+
+    def _load_index(self) -> dict[Any, str]:
+        try:
+            return dict(super()._load_index())
+        except CUT_OFF:
+            return {}
+
+    def _load_data(self, name: str) -> Any:
+        try:
+            return super()._load_data(name)
+        except CUT_OFF as error:
+            raise FileNotFoundError(name) from error  # which numba expects

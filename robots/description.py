@@ -87,7 +87,7 @@ def read_description(path: Path) -> Description:
         values = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise DescriptionError(f"{path}: cannot be read: {error.strerror}") from None
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
         problem = " ".join(str(error).split())
         raise DescriptionError(f"{path}: not valid YAML: {problem}") from None
     if not isinstance(values, dict):

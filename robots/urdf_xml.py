@@ -91,10 +91,10 @@ def xacro_error(path: Path) -> UrdfError:
 
 
 def _read_bytes(path: Path) -> bytes:
-    if path.is_dir():
-        raise UrdfError(f"{path}: a folder, not a URDF file; give the file inside it")
     try:
         return path.read_bytes()
+    except IsADirectoryError:
+        raise UrdfError(f"{path}: a folder, not a URDF file; give the file inside it") from None
     except FileNotFoundError:
         raise UrdfError(f"{path}: no such file") from None
     except OSError as error:

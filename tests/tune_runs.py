@@ -123,7 +123,7 @@ def check_total(folder: Path, total: int, cut_off: int) -> pd.DataFrame:
     assert lost.empty or (lost.reason == ABANDONED).all()
     assert len(trials) == total + len(lost)  # none is running, none came too many
     assert trials.number.tolist() == list(range(len(trials)))  # none is lost, none is there twice
-    drawn = trials[trials.drawn & trials.learning_rate.notna()]
-    assert drawn.learning_rate.is_unique  # no draw repeats
+    drawn = finished[finished.drawn]
+    assert drawn.learning_rate.is_unique  # no draw repeats but those of trials that were cut off
     assert trials.drawn.value_counts()[False] in range(1, 2 + len(lost))  # the start, tried again
     return trials

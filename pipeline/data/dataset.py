@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.data.files import read_json, sha256, write_json
+from pipeline.data.files import read_json, sha256, write_sealed_json
 from pipeline.data.tables import TableError, read_table, write_table
 from pipeline.seeding import derive_seed
 from robots import Robot
@@ -71,7 +71,7 @@ def joint_columns(robot: Robot) -> list[str]:
 def write_card(folder: Path, card: dict[str, Any], splits: Sequence[str]) -> None:
     """Write the card of a folder of splits with the checksum of each file; it completes the set."""
     files = {f"{split}.parquet": sha256(folder / f"{split}.parquet") for split in splits}
-    write_json(folder / CARD, {**card, "files": files})
+    write_sealed_json(folder / CARD, {**card, "files": files})
 
 
 def read_split(folder: Path, split: str, robot: Robot) -> PoseSet:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -37,7 +38,7 @@ class RowCheckpoint:
         """Keep a finished row; its values are plain (numbers, text, lists of them)."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with naming(self.path), self.path.open("a", encoding="utf-8") as stream:
-            stream.write(json.dumps(row) + "\n")
+            stream.write(_line(row))
         self._rows[self._key(row)] = row
 
     def clear(self) -> None:
@@ -84,19 +85,28 @@ class Resumable(ABC):
         return pd.DataFrame(rows)
 
 
+def _line(row: Row) -> str:
+    """A row as JSON after the checksum of its text."""
+    text = json.dumps(row)
+    return f"{_checksum(text)} {text}\n"
+
+
+def _checksum(text: str) -> str:
+    return f"{zlib.crc32(text.encode()):08x}"
+
+
 def _whole_lines(path: Path) -> list[Row]:
-    """Read whole JSON lines; a line that a kill cut off is cut off the file as well."""
+    """Read whole lines; one that a kill cut off or a disk damaged is cut off the file as well."""
     if not path.exists():
         return []
     text = path.read_text(encoding="utf-8", errors="replace")
     rows: list[Row] = []
     whole = ""
     for line in text.splitlines():
-        try:
-            rows.append(json.loads(line))
-        except ValueError:
-            break
-        whole += f"{line}\n"
+        checksum, _, row = line.partition(" ")
+        if checksum == _checksum(row):
+            rows.append(json.loads(row))
+            whole += f"{line}\n"
     if whole != text:
         write_text(path, whole)
     return rows

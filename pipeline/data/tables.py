@@ -17,6 +17,7 @@ from pipeline.data.files import replacing
 
 METADATA_KEY = b"cycleik_bench"
 CHECKSUM_KEY = b"cycleik_bench_sha256"
+METADATA_CHECKSUM_KEY = b"cycleik_bench_metadata_sha256"
 
 
 class TableError(ValueError):
@@ -26,8 +27,8 @@ class TableError(ValueError):
 def write_table(path: Path, frame: pd.DataFrame, metadata: Mapping[str, Any]) -> None:
     """Write raw rows to a Parquet file, atomically and with the same bytes for the same rows.
 
-    A checksum over the column contents goes into the schema, so that an edited or damaged file is
-    noticed when it is read, whatever made it.
+    Checksums over the column contents and over the metadata go into the schema, so that an edited
+    or damaged file is noticed when it is read, whatever made it.
 
     Args:
         path: Parquet file to write; its folder is made.
@@ -35,8 +36,10 @@ def write_table(path: Path, frame: pd.DataFrame, metadata: Mapping[str, Any]) ->
         metadata: What made the rows (seeds, versions, configuration); must be JSON.
     """
     table = pa.Table.from_pandas(frame, preserve_index=False)
+    facts = json.dumps(dict(metadata), sort_keys=True).encode()
     schema = {
-        METADATA_KEY: json.dumps(dict(metadata), sort_keys=True).encode(),
+        METADATA_KEY: facts,
+        METADATA_CHECKSUM_KEY: hashlib.sha256(facts).hexdigest().encode(),
         CHECKSUM_KEY: _content_checksum(table).encode(),
     }
     with replacing(path) as partial:
@@ -58,10 +61,15 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pd.DataFrame
     """
     with _parquet_errors_named(path):
         table = pq.read_table(path)
+        _facts(path, table.schema.metadata or {})
+        return _checked(path, table, columns)
+
+
+def _checked(path: Path, table: pa.Table, columns: Sequence[str] | None) -> pd.DataFrame:
     stored = (table.schema.metadata or {}).get(CHECKSUM_KEY)
     if stored is None:
         raise TableError(f"{path} has no checksum: it was not written by this pipeline")
-    if _content_checksum(table) != stored.decode():
+    if _content_checksum(table).encode() != stored:
         raise TableError(f"{path} was changed after it was written; make it again")
     missing = [name for name in columns or () if name not in table.column_names]
     if missing:
@@ -76,10 +84,18 @@ def read_metadata(path: Path) -> dict[str, Any]:
         TableError: There is no such file, or it is no table of this pipeline.
     """
     with _parquet_errors_named(path):
-        metadata = pq.read_schema(path).metadata or {}
+        return _facts(path, pq.read_schema(path).metadata or {})
+
+
+def _facts(path: Path, metadata: Mapping[bytes, bytes]) -> dict[str, Any]:
+    """The provenance in a schema, checked where the table has a checksum of it."""
     if METADATA_KEY not in metadata:
         raise TableError(f"{path} has no provenance: it was not written by this pipeline")
-    return dict(json.loads(metadata[METADATA_KEY]))
+    facts = metadata[METADATA_KEY]
+    stored = metadata.get(METADATA_CHECKSUM_KEY)
+    if stored is not None and stored != hashlib.sha256(facts).hexdigest().encode():
+        raise TableError(f"{path} was changed after it was written; make it again")
+    return dict(json.loads(facts))
 
 
 @contextmanager
@@ -88,10 +104,11 @@ def _parquet_errors_named(path: Path) -> Iterator[None]:
         yield
     except FileNotFoundError as error:
         raise TableError(f"there is no {path}") from error
-    except (pa.ArrowInvalid, OSError) as error:
-        raise TableError(
-            f"{path} is not a readable Parquet file ({error}); make it again"
-        ) from error
+    except TableError:
+        raise
+    except (pa.ArrowException, OSError, ValueError, KeyError, MemoryError) as error:
+        why = " ".join(str(error).split()) or type(error).__name__
+        raise TableError(f"{path} is not a readable Parquet file ({why}); make it again") from error
 
 
 def _content_checksum(table: pa.Table) -> str:

@@ -94,6 +94,7 @@ def is_up_to_date(path: Path, key: Mapping[str, Any]) -> bool:
     """
     try:
         facts = read_metadata(path)
+        read_table(path)
     except TableError:
         return False
     wanted = json.loads(json.dumps(dict(key), default=str))

@@ -6,11 +6,10 @@ Frames come from the software renderer: no display, no graphics card.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import imageio_ffmpeg
 import numpy as np
 import pybullet
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +17,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from pipeline.data.files import replacing
 from pipeline.grasping.config import CameraConfig, VideoConfig
+from pipeline.grasping.encoder import MP4, encode, gif
 
 if TYPE_CHECKING:
     from pipeline.grasping.scene import Scene
@@ -79,33 +79,16 @@ class Recorder:
         Returns:
             What was written.
         """
-        self._encode(path, {"quality": 6})
+        self._encode(path, MP4)
         if not self.config.gif_width:
             return [path]
-        graph = (
-            f"[0:v]fps={self.config.gif_rate:g},scale={self.config.gif_width}:-1:flags=lanczos,"
-            f"split[a][b];[a]palettegen=max_colors={COLOURS_OF_GIF}[p];[b][p]paletteuse=dither=none"
-        )
-        gif = path.with_suffix(".gif")
-        options = {
-            "codec": "gif",
-            "pix_fmt_out": "pal8",
-            "quality": None,
-            "output_params": ["-filter_complex", graph, "-loop", "0"],
-        }
-        self._encode(gif, options)
-        return [path, gif]
+        film = path.with_suffix(".gif")
+        self._encode(film, gif(self.config.gif_rate, self.config.gif_width, COLOURS_OF_GIF))
+        return [path, film]
 
-    def _encode(self, path: Path, options: Mapping[str, object]) -> None:
-        size = (frame_width(self.config), self.config.height)
+    def _encode(self, path: Path, options: Sequence[str]) -> None:
         with replacing(path) as partial:
-            writer = imageio_ffmpeg.write_frames(
-                str(partial), size, fps=self.config.rate, macro_block_size=1, **options
-            )
-            writer.send(None)
-            for frame in self.frames:
-                writer.send(np.ascontiguousarray(frame))
-            writer.close()
+            encode(partial, self.frames, self.config.rate, options)
 
     def stills(self, columns: int) -> Image.Image:
         """The first frame, the one at the end of each phase and the last, on one sheet.

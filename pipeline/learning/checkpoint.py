@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from safetensors import SafetensorError, safe_open
 from torch import Tensor, nn
 from torch.optim import Optimizer
 
-from pipeline.data.tensors import write_tensors
+from pipeline.data.tensors import TensorsError, read_sealed_tensors, write_sealed_tensors
+from pipeline.progress import LOGGER
 
 State = dict[str, Tensor]
 
@@ -68,7 +68,7 @@ def save(
         for name, value in state.items():
             tensors[f"optimizer.{index}.{name}"] = torch.as_tensor(value)
     header = {"digest": digest, "progress": json.dumps(asdict(progress))}
-    write_tensors(path, tensors, header)
+    write_sealed_tensors(path, tensors, header)
 
 
 def restore(
@@ -78,15 +78,14 @@ def restore(
 
     Returns:
         The progress of that run and its best network so far; None where there is no checkpoint, or
-        one of another configuration or one that cannot be read, in which case nothing is changed.
+        one of another configuration or a damaged one, in which case nothing is changed.
     """
     if not path.exists():
         return None
     try:
-        with safe_open(path, framework="pt") as stream:
-            header = stream.metadata() or {}
-            tensors = {name: stream.get_tensor(name) for name in stream.keys()}  # noqa: SIM118
-    except (SafetensorError, OSError):
+        tensors, header = read_sealed_tensors(path)
+    except TensorsError as error:
+        LOGGER.warning("%s: the training begins anew", error)
         return None
     if header.get("digest") != digest:
         return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Any, ClassVar
 
@@ -21,6 +22,8 @@ from baselines.seed_library import LIBRARY_SEED, build_seed_library
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
 from robots.suggestions import unknown_name
+
+POSITION, ROTATION = "position_tolerance_m", "rotation_tolerance_rad"
 
 
 class RefinedSolver(CompiledQuerySolver):
@@ -47,7 +50,8 @@ class RefinedSolver(CompiledQuerySolver):
 
     Attributes:
         proposer: The neural solver.
-        kernel: The solver `lm`, whose tolerances and damping are used.
+        kernel: The solver `lm`, whose damping is used, and whose tolerances unless the proposer's
+            are tighter.
 
     Raises:
         SettingError: The proposer is not a neural solver, or has no such setting.
@@ -75,7 +79,12 @@ class RefinedSolver(CompiledQuerySolver):
         self.library = build_seed_library(robot, seed_library, neighbours, LIBRARY_SEED)
         place = refine_place(robot, device, "float64")
         self.accelerator = place if place.device.type == "cuda" else None
-        kernel = baselines.load("lm", robot, time_s=time_s, iterations=iterations)
+        # What the proposer would not call found, this solver does not either.
+        own, known = (self.proposer, settings("lm"))
+        distance = min(float(known[POSITION]), own.position_tolerance_mm / 1e3)
+        angle = min(float(known[ROTATION]), math.radians(own.rotation_tolerance_deg))
+        tolerances = {POSITION: distance, ROTATION: angle}
+        kernel = baselines.load("lm", robot, time_s=time_s, iterations=iterations, **tolerances)
         assert isinstance(kernel, LevenbergMarquardt)
         self.kernel = kernel
 

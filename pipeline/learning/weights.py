@@ -10,7 +10,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load_file
 from torch import Tensor, nn
 
-from pipeline.data.files import sha256, write_json
+from pipeline.data.files import sha256, write_sealed_json
 from pipeline.data.tensors import write_tensors
 from pipeline.learning.card import CARD, WeightsError, check_robot, read_card
 from pipeline.learning.factory import build_network, model_config
@@ -43,7 +43,7 @@ def save_weights(
     trained = {name for name, _ in network.named_parameters()} if half else set()
     state = network.state_dict().items()
     write_tensors(path, {name: t.half() if name in trained else t for name, t in state})
-    write_json(folder / CARD, {**card, "weights_sha256": sha256(path)})
+    write_sealed_json(folder / CARD, {**card, "weights_sha256": sha256(path)})
 
 
 def load_network(folder: Path, robot: Robot, kinds: Collection[str] = ()) -> IkNetwork:

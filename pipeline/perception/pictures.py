@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.data.files import read_json, replacing
+from pipeline.data.files import FileError, read_json, replacing, sha256, write_sealed_json
 from pipeline.engine.config import EngineConfig
 from pipeline.engine.running import run_tasks
 from pipeline.grasping.config import GraspConfig
@@ -83,7 +82,7 @@ def render_pictures(chunks: list[Chunk], engine: EngineConfig, title: str) -> Pi
         engine: Where they are rendered.
         title: Of the progress bar.
     """
-    missing = [chunk for chunk in chunks if not labels_path(chunk.path).exists()]
+    missing = [chunk for chunk in chunks if not is_rendered(chunk.path)]
     total = sum(chunk.count for chunk in chunks)
     with bar(total, "picture", title, total - sum(chunk.count for chunk in missing)) as shown:
         run_tasks(engine, render_chunk, missing, lambda _, count: shown.update(count), title)
@@ -111,11 +110,19 @@ def render_chunk(chunk: Chunk) -> int:
             shots.append(studio.shoot(draw, chunk.domain, chunk.size))
     with replacing(chunk.path) as partial:
         np.save(partial, np.stack([shot.image for shot in shots]), allow_pickle=False)
-    with replacing(labels_path(chunk.path)) as partial:
-        core_s = time.process_time() - begin
-        rows = {"pictures": [_row(shot) for shot in shots], "core_s": core_s}
-        partial.write_text(json.dumps(rows) + "\n", encoding="utf-8")
+    rows = [_row(shot) for shot in shots]
+    core_s = time.process_time() - begin
+    facts = {"pictures": rows, "core_s": core_s, "sha256": sha256(chunk.path)}
+    write_sealed_json(labels_path(chunk.path), facts)
     return chunk.count
+
+
+def is_rendered(path: Path) -> bool:
+    """Whether pictures and labels of a chunk are there and as they were written."""
+    try:
+        return bool(read_json(labels_path(path))["sha256"] == sha256(path))
+    except (FileNotFoundError, FileError):
+        return False
 
 
 def labels_path(path: Path) -> Path:

@@ -11,7 +11,7 @@ from safetensors.torch import load_file
 from torch import Tensor
 
 import robots
-from pipeline.data.files import read_json, sha256, write_json
+from pipeline.data.files import read_json, sha256, write_sealed_json
 from pipeline.data.tensors import write_tensors
 from pipeline.errors import PerceptionError
 from pipeline.perception.config import NetworkConfig
@@ -34,7 +34,7 @@ def save_detector(folder: Path, network: CentreNetwork, card: dict[str, Any]) ->
     """Write the weights and their card; the card holds their checksum and comes last."""
     path = folder / WEIGHTS
     write_tensors(path, {name: _half(value) for name, value in network.state_dict().items()})
-    write_json(folder / CARD, {**card, "weights_sha256": sha256(path)})
+    write_sealed_json(folder / CARD, {**card, "weights_sha256": sha256(path)})
 
 
 def load_centre_network(

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
 import pandas as pd
-import yaml
 
-from pipeline.data.files import read_json
+from pipeline.data.files import check_listed, read_json, read_sealed_yaml
 from pipeline.data.tables import read_metadata, read_table
 from pipeline.provenance import SIGNATURE
 from pipeline.reporting.sweeps import SweptRun, read_sweeps
@@ -141,8 +141,9 @@ def _read_dataset(results: Results, place: Path) -> None:
 
 
 def _read_tune(results: Results, place: Path) -> None:
-    trials = _try(results, place / "trials.csv", pd.read_csv)
-    best = _try(results, place / "best.yaml", _read_yaml)
+    card = _try(results, place / "card.json", read_json) if _has_card(place) else None
+    trials = _try(results, place / "trials.csv", partial(_read_csv, card or {}))
+    best = _try(results, place / "best.yaml", read_sealed_yaml)
     if trials is not None:
         results.tune[place.name] = (trials, best or {})
         results.cards.setdefault("tune", []).append(_signature(results, place))
@@ -151,7 +152,7 @@ def _read_tune(results: Results, place: Path) -> None:
 def _read_train(results: Results, place: Path) -> None:
     for model in _folders(place):
         card = _try(results, model / "card.json", read_json)
-        curve = _try(results, model / "curve.csv", pd.read_csv)
+        curve = _try(results, model / "curve.csv", partial(_read_csv, card or {}))
         if card is not None:
             empty = pd.DataFrame()
             results.train[place.name, model.name] = (card, empty if curve is None else curve)
@@ -249,7 +250,7 @@ def _try(results: Results, path: Path, reader: Callable[[Path], Content]) -> Con
         return None
     try:
         return reader(path)
-    except (ValueError, OSError, yaml.YAMLError) as error:
+    except (ValueError, OSError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         results.notes.append(f"{_short(results, path)} could not be read: {reason}.")
         return None
@@ -270,5 +271,12 @@ def _files(place: Path, pattern: str) -> list[Path]:
     return sorted(p for p in place.glob(pattern) if not p.name.startswith("."))
 
 
-def _read_yaml(path: Path) -> dict[str, Any]:
-    return dict(yaml.safe_load(path.read_text(encoding="utf-8")) or {})
+def _read_csv(card: Mapping[str, Any], path: Path) -> pd.DataFrame:
+    """Read a table that a card may have the checksum of."""
+    check_listed(path, card)
+    return pd.read_csv(path)
+
+
+def _has_card(place: Path) -> bool:
+    """Whether a search ended: its trials are written before that as well."""
+    return (place / "card.json").exists()

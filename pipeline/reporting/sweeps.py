@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.data.files import read_json
+from pipeline.data.files import check_listed, read_json
 from pipeline.data.tables import read_table
 from pipeline.provenance import SIGNATURE
 
@@ -75,8 +75,9 @@ def read_sweeps(folder: Path) -> tuple[list[SweptRun], list[str]]:
             if (signed := path.with_name(SIGNATURE)).exists():
                 card |= read_json(signed)
             _ = card["robot"], card["config"]["train"], card["config"]["model"]["name"]
-            curve = pd.read_csv(path.with_name("curve.csv"))
-            runs.append(SweptRun(path.parents[3], card, curve))
+            curve = path.with_name("curve.csv")
+            check_listed(curve, card)
+            runs.append(SweptRun(path.parents[3], card, pd.read_csv(curve)))
         except (ValueError, OSError) as error:
             notes.append(f"{path.relative_to(folder)} could not be read: {error}.")
     return runs, notes

@@ -10,7 +10,7 @@ from pipeline.artifacts import SPLITS, exclusive
 from pipeline.closure import source_tree
 from pipeline.data.chunk_executor import chunk_executor
 from pipeline.data.dataset import split_seed, write_card, write_split
-from pipeline.data.files import read_json, write_json
+from pipeline.data.files import FileError, read_json, write_sealed_json
 from pipeline.data.tables import TableError, read_metadata, read_table
 from pipeline.progress import bar
 from pipeline.stages.inputs import artifacts, dataset_facts, robot_of
@@ -47,10 +47,17 @@ def _drop_other_code(folder: Path, note: Path) -> None:
     artifact whatever code made them.
     """
     code = source_tree().digest(__name__)
-    if not note.exists() or read_json(note).get("code") != code:
+    if _noted(note) != code:
         for split in SPLITS:
             (folder / f"{split}.parquet").unlink(missing_ok=True)
-        write_json(note, {"code": code})
+        write_sealed_json(note, {"code": code})
+
+
+def _noted(note: Path) -> str:
+    try:
+        return str(read_json(note).get("code"))
+    except (FileNotFoundError, FileError):
+        return ""
 
 
 def _make(folder: Path, robot: Robot, split: str, config: Config) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline import provenance
 from pipeline.artifacts import exclusive
 from pipeline.containers import to_dict
-from pipeline.data.files import write_json
+from pipeline.data.files import write_json, write_sealed_json
 from pipeline.data.rows import RowCheckpoint
 from pipeline.data.tables import write_table
 from pipeline.embodiment.loading import (
@@ -98,7 +98,7 @@ def _trials(config: Config, runner: Series | AgentSeries, folder: Path, made: _K
         write_table(folder / "trials.parquet", rows, {**card, **facts, **signed})
         counts = {str(name): int(count) for name, count in rows["class"].value_counts().items()}
         write_json(folder / "metrics.json", counts)
-        write_json(folder / "card.json", {**card, "config": {**card["config"], **facts}})
+        write_sealed_json(folder / "card.json", {**card, "config": {**card["config"], **facts}})
         kept.clear()
     return [folder]
 

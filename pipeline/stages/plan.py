@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pipeline import provenance
 from pipeline.artifacts import exclusive
 from pipeline.containers import to_dict
-from pipeline.data.files import write_json
+from pipeline.data.files import write_sealed_json
 from pipeline.data.rows import RowCheckpoint
 from pipeline.data.tables import write_table
 from pipeline.evaluation.cache import solver_identity
@@ -78,6 +78,6 @@ def run(config: Config) -> list[Path]:
         used = [network_of(each) for each in solvers.values()]
         facts = {"plan": to_dict(config.plan), "network": ", ".join(filter(None, used))}
         write_table(folder / "plans.parquet", rows, {**card, **facts})
-        write_json(folder / "card.json", card)
+        write_sealed_json(folder / "card.json", card)
         kept.clear()
     return [folder]

@@ -14,7 +14,7 @@ from pipeline.artifacts import exclusive
 from pipeline.closure import source_tree
 from pipeline.containers import to_dict
 from pipeline.data.dataset import CARD, PoseSet, read_split
-from pipeline.data.files import read_json, replacing, write_json, write_text
+from pipeline.data.files import read_json, replacing, sha256, write_json, write_text
 from pipeline.learning.card import chain_facts, read_card
 from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.factory import build_network, make_objective
@@ -142,6 +142,7 @@ def _write(
         run=digest,
         kept=kept,
         validation=metrics,
+        files={name: sha256(folder / name) for name in ("curve.csv", "metrics.json")},
     )
     save_weights(folder, trainer.network, card, states["best" if kept == "last" else "last"])
 

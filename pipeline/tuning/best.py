@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.data.files import read_yaml
+from pipeline.data.files import read_sealed_yaml
 from pipeline.errors import PipelineError
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ def read_best(path: Path, config: Config) -> tuple[dict[str, Any], dict[str, Any
     Raises:
         PipelineError: It searched another kind of model.
     """
-    found = read_yaml(path)
+    found = read_sealed_yaml(path)
     of = found.get("of") or {}
     if of.get("kind", config.model.kind) != config.model.kind:
         raise PipelineError(

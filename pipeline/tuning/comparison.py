@@ -20,7 +20,7 @@ from torch import nn
 from pipeline.closure import source_tree
 from pipeline.containers import to_dict
 from pipeline.data.dataset import PoseSet
-from pipeline.data.tables import read_table
+from pipeline.data.tables import TableError, read_table
 from pipeline.learning.checkpoint import Progress
 from pipeline.learning.config import ModelConfig, TrainConfig
 from pipeline.learning.cycleik.experts import Experts
@@ -108,22 +108,36 @@ def run_comparison(
         path: Where the rows lie.
         keep: Called with all rows after each training.
     """
-    kept = read_table(path) if path.exists() else pd.DataFrame({"run": pd.Series(dtype=str)})
+    kept = _kept(path)
     rows: list[dict[str, Any]] = []
     turns = [(number, who) for number in range(config.tune.comparison.replicates) for who in chosen]
     runs = [_run_digest(robot, config, who, number) for number, who in turns]
     for place, (replicate, candidate) in enumerate(turns):
         run = runs[place]
-        found = kept[kept.run == run].to_dict("records")
+        # The best of a search may be the default: one run under two names.
+        found = kept[(kept["run"] == run) & (kept["name"] == candidate.name)].to_dict("records")
         if found:
             rows += [{str(key): value for key, value in found[0].items()}]
             continue
         rate = next((row["poses_per_s"] for row in rows if row["name"] == candidate.name), None)
         made = _train(robot, config, candidate, sets, replicate, rate)
         rows.append({"robot": robot.name, "name": candidate.name, "run": run, **made})
-        later = kept[kept.run.isin(runs[place + 1 :])].to_dict("records")
-        keep(pd.DataFrame([*rows, *later]))
+        to_come = {
+            (r, who.name) for r, (_, who) in zip(runs[place + 1 :], turns[place + 1 :], strict=True)
+        }
+        known = [key in to_come for key in zip(kept["run"], kept["name"], strict=True)]
+        keep(pd.DataFrame([*rows, *kept[known].to_dict("records")]))
     return pd.DataFrame(rows)
+
+
+def _kept(path: Path) -> pd.DataFrame:
+    """Rows of trainings that ended; none where the file is damaged."""
+    try:
+        if path.exists():
+            return read_table(path)
+    except TableError as error:
+        LOGGER.warning("%s: all trainings run anew", error)
+    return pd.DataFrame({"run": [], "name": []}, dtype=str)
 
 
 def multiply_adds(network: nn.Module) -> float:

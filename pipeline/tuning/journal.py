@@ -13,50 +13,16 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 from optuna import Study, Trial
 from optuna.storages import BaseStorage, JournalStorage
-from optuna.storages.journal import JournalFileBackend
 from optuna.trial import FrozenTrial, TrialState
 
 from pipeline.data.files import replacing
+from pipeline.errors import PipelineError
+from pipeline.progress import LOGGER
+from pipeline.tuning.journal_file import JournalFile, KernelLock, whole_bytes
 
 WORKER = "worker"  # attribute of a trial: the token of the worker that runs it
-POLL_S = 0.005  # between attempts to take the lock of a journal, which is held for milliseconds
 RUNNING = (TrialState.RUNNING,)
 Release = Callable[[], object]
-
-
-class KernelLock:
-    """The lock of a journal file while it is written.
-
-    Optuna's own lock files outlive a killed process, and the others then wait half a minute. A
-    process that dies while it writes leaves half a line, which the next line would be glued to: it
-    is cut off here, before anything is appended.
-
-    Args:
-        journal: The journal file.
-    """
-
-    def __init__(self, journal: Path) -> None:
-        self.journal = journal
-        self._lock = FileLock(journal.with_suffix(".lock"), poll_interval=POLL_S)
-
-    def acquire(self) -> bool:
-        """Wait for the lock and repair the end of the file."""
-        self._lock.acquire()
-        with self.journal.open("rb+") as stream:
-            size = stream.seek(0, os.SEEK_END)
-            end = size
-            while end > 0:
-                stream.seek(end - 1)
-                if stream.read(1) == b"\n":
-                    break
-                end -= 1
-            if end < size:
-                stream.truncate(end)
-        return True
-
-    def release(self) -> None:
-        """Give the lock back."""
-        self._lock.release()
 
 
 class JournalStore:
@@ -67,6 +33,9 @@ class JournalStore:
 
     Args:
         path: The journal.
+
+    Raises:
+        PipelineError: The journal is damaged, and others are at it.
     """
 
     def __init__(self, path: Path) -> None:
@@ -74,12 +43,11 @@ class JournalStore:
         path.touch()
         self.path = path
         self.address = str(path)
-        self.storage: BaseStorage = JournalStorage(
-            JournalFileBackend(str(path), lock_obj=KernelLock(path))
-        )
         self.workers = path.with_suffix(".workers")
         self.workers.mkdir(exist_ok=True)
         self.token = new_token()
+        self._cut_damage()
+        self.storage: BaseStorage = JournalStorage(JournalFile(path))
         self.alive = FileLock(self.workers / self.token, thread_local=False)
         self.alive.acquire()
 
@@ -115,6 +83,26 @@ class JournalStore:
         shutil.rmtree(self.workers)
         for path in (self.path, *(self.path.with_suffix(end) for end in (".lock", ".claim"))):
             path.unlink(missing_ok=True)
+
+    def _cut_damage(self) -> None:
+        """Cut a damaged journal off where its damage begins: what is lost is searched again."""
+        lock = KernelLock(self.path)
+        lock.acquire()
+        try:
+            whole = whole_bytes(self.path)
+            if whole == self.path.stat().st_size:
+                return
+            if self.others():
+                raise PipelineError(
+                    f"{self.path} is damaged from byte {whole} on, and other workers are at it: "
+                    "stop them and run the same command again"
+                )
+            LOGGER.warning(
+                "%s is damaged from byte %d on: what follows is searched again", self.path, whole
+            )
+            os.truncate(self.path, whole)
+        finally:
+            lock.release()
 
     def _lives(self, token: str | None) -> bool:
         if token == self.token:

@@ -19,7 +19,7 @@ from pipeline.learning.factory import build_network
 from pipeline.learning.networks import IkNetwork, parameter_count
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.seeding import derive_seed
-from pipeline.tuning.sampling import WHOLE
+from pipeline.tuning.sampling import DRAW, WHOLE
 from pipeline.tuning.space import check, draw
 from robots import Robot
 
@@ -55,7 +55,8 @@ class TrialObjective:
         """
         tune = self.config.tune
         train, model = draw(trial, self.config)
-        seed = derive_seed(self.config.seed, "tune", self.robot.name, trial.number)
+        number = trial.user_attrs.get(DRAW, trial.number)
+        seed = derive_seed(self.config.seed, "tune", self.robot.name, number)
         torch.manual_seed(seed)
         network = build_network(self.robot, model)
         trial.set_user_attr("parameters", parameter_count(network))

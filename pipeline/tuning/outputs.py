@@ -11,7 +11,7 @@ from optuna import Study
 from optuna.trial import FrozenTrial, TrialState
 
 from pipeline.containers import to_dict
-from pipeline.data.files import write_json, write_text
+from pipeline.data.files import sha256, write_json, write_sealed_json, write_sealed_yaml, write_text
 from pipeline.errors import PipelineError
 from pipeline.locations import published_results
 from pipeline.presentation.origin import origin_of
@@ -21,6 +21,7 @@ from pipeline.provenance import SIGNATURE, made_by, signature
 from pipeline.tuning.figures import write_figures
 from pipeline.tuning.hyperparameters import Hyperparameters, found_hyperparameters
 from pipeline.tuning.journal import WORKER
+from pipeline.tuning.sampling import DRAW
 from pipeline.tuning.space import draw
 from pipeline.tuning.study import ABANDONED, REASON, START, count
 
@@ -32,10 +33,11 @@ PUBLISHED = published_results()
 SHAPE = ("hidden", "tanh_layers")  # reported of every network
 SHOWN = 3  # best trials in the table
 TRIALS, BEST, METRICS = "trials.csv", "best.yaml", "metrics.json"
+CARD = "card.json"  # checksums of the files beside it
 
 
 def write_outputs(study: Study, folder: Path, config: Config) -> None:
-    """Write trials.csv, best.yaml, metrics.json, figures, and a table in the form of Table I.
+    """Write trials.csv, best.yaml, metrics.json, figures, a table like Table I, and last a card.
 
     Raises:
         PipelineError: No trial ended well.
@@ -44,7 +46,8 @@ def write_outputs(study: Study, folder: Path, config: Config) -> None:
     write_trials(study, folder)
     if not study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,)):
         raise PipelineError(f"no trial of {study.study_name} ended well: look at tune.space")
-    write_text(folder / BEST, MADE_BY + OmegaConf.to_yaml(OmegaConf.create(best(study, config))))
+    found = OmegaConf.create(best(study, config))
+    write_sealed_yaml(folder / BEST, MADE_BY + OmegaConf.to_yaml(found))
     tally = count(study)
     metrics = {
         "objective": study.best_value,
@@ -61,11 +64,14 @@ def write_outputs(study: Study, folder: Path, config: Config) -> None:
         f"python -m pipeline tune robot={config.robot.name} profile={config.profile}", [signed]
     )
     table.write(folder)
+    files = {name: sha256(folder / name) for name in (TRIALS, METRICS)}
+    write_sealed_json(folder / CARD, {"study": study.study_name, "files": files})
 
 
 def write_trials(study: Study, folder: Path) -> None:
-    """Write trials.csv."""
+    """Write trials.csv; a card that knows the former one goes before it."""
     folder.mkdir(parents=True, exist_ok=True)
+    (folder / CARD).unlink(missing_ok=True)
     write_text(folder / TRIALS, trials_table(study).to_csv(index=False))
 
 
@@ -110,7 +116,7 @@ def _like_table_one(study: Study, config: Config) -> Table:
 
 
 def _row(trial: FrozenTrial) -> dict[str, Any]:
-    attributes = {k: v for k, v in trial.user_attrs.items() if k not in (WORKER, START)}
+    attributes = {k: v for k, v in trial.user_attrs.items() if k not in (WORKER, START, DRAW)}
     if trial.state == TrialState.FAIL:
         attributes.setdefault(REASON, ABANDONED)  # Optuna fails those without a heartbeat mutely
     return {

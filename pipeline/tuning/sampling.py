@@ -11,6 +11,7 @@ from optuna.trial import FrozenTrial, TrialState
 
 from pipeline.tuning.config import PrunerConfig, TuneConfig
 
+DRAW = "draw"  # attribute of a trial: the number that its draws and its training are seeded by
 WHOLE = 100  # trials report in per cent of their schedule, whatever their batch size
 
 

@@ -19,7 +19,7 @@ from pipeline.errors import PipelineError
 from pipeline.progress import LOGGER
 from pipeline.provenance import digest
 from pipeline.seeding import derive_seed
-from pipeline.tuning.sampling import make_pruner, make_sampler
+from pipeline.tuning.sampling import DRAW, make_pruner, make_sampler
 from pipeline.tuning.space import starting_points
 from pipeline.tuning.storage import Store
 
@@ -73,7 +73,8 @@ def study_name(config: Config, data: str = "") -> str:
 
 def open_study(store: Store, config: Config, data: str = "") -> Study:
     """Open a study or start it, with its first trials queued, and fail those that were cut off."""
-    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    # Optuna tells of a trial that failed, or that a signal ended, by a traceback.
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
     warnings.filterwarnings("ignore", category=ExperimentalWarning)
     name = study_name(config, data)
     with store.claim(name):
@@ -103,8 +104,9 @@ def run_trials(
 
     Any number of workers may do this at once. A worker claims the study, counts what is finished
     and what others run, and begins a trial only if those are too few; the last ones wait, in case a
-    trial of another must be repeated. Every trial draws from a sampler seeded by its number,
-    so no draw repeats, and one worker alone draws the same trials every time.
+    trial of another must be repeated. Every trial draws from a sampler seeded by its number among
+    those that were not cut off, so no draw repeats, a trial that makes up for one that was cut off
+    draws what that one drew, and one worker alone draws the same trials every time.
 
     Args:
         store: Where the study is kept.
@@ -175,13 +177,13 @@ def _one(
     release: Callable[[], object],
 ) -> None:
     """Begin a trial within the claim, release it, and run the trial to its end."""
-    waiting = study.get_trials(deepcopy=False, states=(TrialState.WAITING,))
-    number = waiting[0].number if waiting else len(study.get_trials(deepcopy=False))
+    number = _draw_number(study)
     study.sampler = make_sampler(config.tune, derive_seed(config.seed, "sampler", number))
     ended: list[int] = []
 
     def begin(trial: Trial) -> float:
         store.begin(trial)
+        trial.set_user_attr(DRAW, number)
         release()
         try:
             value = objective(trial)
@@ -189,6 +191,7 @@ def _one(
                 raise ArithmeticError(f"the objective is {value}")
         except FAULTS as error:
             ended.append(trial.number)
+            LOGGER.warning("trial %d failed: %s", trial.number, _sentence(error))
             trial.set_user_attr(REASON, _sentence(error))
             raise
         ended.append(trial.number)
@@ -196,7 +199,9 @@ def _one(
 
     try:
         study.optimize(begin, n_trials=1, catch=FAULTS)
-    except Exception:
+    except Exception as error:
+        if (refused := _of_the_disk(error)) is not None:
+            raise refused from None
         # This worker was taken for dead, so another has repeated its trial: Optuna, which cannot
         # end a trial twice, raises whatever comes. So it does where the server has gone: queried
         # here, the storage says so itself.
@@ -204,6 +209,23 @@ def _one(
         if not ended or trials[ended[0]].state != TrialState.FAIL:
             raise
         LOGGER.warning("trial %d came too late and does not count", ended[0])
+
+
+def _draw_number(study: Study) -> int:
+    """The least number that seeds no trial yet but such as were cut off."""
+    trials = study.get_trials(deepcopy=False)
+    begun = (t for t in trials if t.state != TrialState.WAITING and not _abandoned(t))
+    taken = {trial.user_attrs.get(DRAW, trial.number) for trial in begun}
+    return next(number for number in range(len(trials) + 1) if number not in taken)
+
+
+def _of_the_disk(error: BaseException | None) -> OSError | None:
+    """The error of a disk that Optuna raised another one over, None where there is none."""
+    while error is not None:
+        if isinstance(error, OSError) and error.filename is not None:
+            return error
+        error = error.__context__
+    return None
 
 
 def _bury(store: Store, study: Study) -> None:

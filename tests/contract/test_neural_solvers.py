@@ -95,3 +95,26 @@ def test_a_neural_solver_without_weights_says_how_to_train(monkeypatch: pytest.M
     with pytest.raises(SolverError, match="did you mean 'cycleik'"):
         load_solver("cycleikk", load_robot("fetch"))
     assert settings("cycleik")["weights"] == ""
+
+
+@pytest.mark.parametrize("name", REFINED)
+def test_what_a_refined_solver_calls_found_is_within_its_own_tolerances_where_they_are_tighter(
+    name: str, robot: Robot, weights: dict[str, Path]
+) -> None:
+    poses = robot.forward_kinematics(robot.sample(20, seed=3))
+    for distance_mm, angle_deg in ((1e-4, 1e-4), (10.0, 20.0), (1e-4, 20.0)):
+        solver = load_solver(
+            name,
+            robot,
+            weights[name],
+            position_tolerance_mm=distance_mm,
+            rotation_tolerance_deg=angle_deg,
+        )
+        solution = solver.solve(poses)
+        reached = robot.forward_kinematics(solution.joints)
+        distance = np.linalg.norm(reached[:, :3] - poses[:, :3], axis=1)
+        angle = rotations.rotation_angle(reached[:, 3:], poses[:, 3:])
+        assert solution.found.any()
+        assert (distance[solution.found] <= min(1e-4, distance_mm / 1e3) * 1.001 + 1e-12).all()
+        limit = min(1e-4, np.radians(angle_deg))
+        assert (angle[solution.found] <= limit * 1.001 + 1e-9).all()

@@ -191,3 +191,43 @@ def test_a_terminated_evaluation_goes_on_from_its_chunks(folder: Path) -> None:
     assert not [name for name in kept if "partial" in name]
     assert main(command) == 0
     assert read_table(folder / MADE["evaluate"]).pose.tolist() == list(range(400))
+
+
+class Finalised:
+    def __init__(self, act: Callable[[], object]) -> None:
+        self.act = act
+
+    def __del__(self) -> None:
+        self.act()
+
+
+def kill_myself() -> None:
+    os.kill(os.getpid(), signal.SIGTERM)
+    for _ in range(10):  # the handler runs between two steps of the interpreter
+        pass
+
+
+def masked() -> None:
+    """A library that answers an interruption with an error of its own."""
+    try:
+        kill_myself()
+    finally:
+        raise AttributeError("'NoneType' object has no attribute 'x'")
+
+
+def in_a_finaliser() -> None:
+    Finalised(kill_myself)
+    time.sleep(5.0)
+
+
+@pytest.mark.parametrize("act", [kill_myself, masked, in_a_finaliser])
+def test_a_signal_ends_a_command_whatever_code_it_meets(
+    act: Callable[[], None], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    handlers = [signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGALRM)]
+    hook = sys.unraisablehook
+    monkeypatch.setattr("pipeline.__main__._run", lambda argv: act())
+    assert main([]) == 2
+    assert capsys.readouterr().err == "\nterminated; the same command goes on from here\n"
+    assert [signal.getsignal(n) for n in (signal.SIGTERM, signal.SIGALRM)] == handlers
+    assert sys.unraisablehook is hook

@@ -15,8 +15,8 @@ from pipeline.learning.cycleik.compiled.answers import (
     answer_rows,
     compiled_experts,
 )
-from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.cycleik.compiled.query import refined_query
+from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
 from robots.threads import forked

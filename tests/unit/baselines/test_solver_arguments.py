@@ -7,7 +7,16 @@ import pytest
 import torch
 
 import baselines
-from baselines import Budget, BudgetError, InitialError, PoseError, SettingError, Solver
+from baselines import (
+    Budget,
+    BudgetError,
+    InitialError,
+    PoseError,
+    SettingError,
+    Solver,
+    SolverError,
+    UnknownSolverError,
+)
 from robots import load_robot
 from robots.limits import FARTHEST
 
@@ -156,3 +165,15 @@ def test_settings_of_any_number_type_do_not_compile_anew(lm: Solver, poses: np.n
     ):
         assert baselines.load("lm", lm.robot, **setting).solve(poses).found.all()
     assert time.perf_counter() - began < 1.0
+
+
+@pytest.mark.parametrize("name", [None, 3, b"lm", ["lm"], "LM", "../lm", "lm\0", object()])
+def test_what_is_no_name_of_a_solver_is_refused(lm: Solver, name: object) -> None:
+    with pytest.raises(UnknownSolverError, match="there is no solver"):
+        baselines.load(name, lm.robot)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("robot", [None, "panda", 3, object()])
+def test_what_is_no_robot_is_refused(robot: object) -> None:
+    with pytest.raises(SolverError, match=r"'lm': expected a robot, such as load_robot\('panda'\)"):
+        baselines.load("lm", robot)  # type: ignore[arg-type]

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pipeline.data.files import write_json
+from pipeline.data.files import write_json, write_sealed_yaml
 from pipeline.data.tables import write_table
 from pipeline.evaluation.config import Tolerance
 from pipeline.reporting.config import ReportConfig, SuccessConfig
@@ -200,7 +200,8 @@ def _write_tune(root, robot):
     pd.DataFrame({"number": range(8), "value": np.linspace(1, 0.3, 8)}).to_csv(
         folder / "trials.csv", index=False
     )
-    (folder / "best.yaml").write_text(
+    write_sealed_yaml(
+        folder / "best.yaml",
         "train: {batch_size: 300, learning_rate: 0.002, position_weight: 9, rotation_weight: 3}\n"
-        "model: {hidden: [448, 320], tanh_layers: 1}\n"
+        "model: {hidden: [448, 320], tanh_layers: 1}\n",
     )

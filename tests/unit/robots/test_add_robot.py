@@ -67,3 +67,49 @@ def test_robots_that_nobody_here_wrote(
     given = load_robot(urdf=path, base=base, tip=tip)
     difference = robot.forward_kinematics(joints) - given.forward_kinematics(joints)
     assert np.abs(difference).max() < 1e-12
+
+
+# The tip's ball lies in the base's wall at zero, and nowhere near it when the arm is turned away.
+WALL = """<robot name="walled">
+<link name="base"><collision><origin xyz="0.8 0 0"/><geometry><box size="0.2 0.2 0.2"/></geometry>
+</collision></link>
+<link name="upper"><collision><origin xyz="0.2 0 0"/><geometry><sphere radius="0.05"/></geometry>
+</collision></link>
+<link name="tip"><collision><origin xyz="0.4 0 0"/><geometry><sphere radius="0.05"/></geometry>
+</collision></link>
+<joint name="first" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
+<limit lower="-2" upper="2" velocity="1" effort="1"/></joint>
+<joint name="second" type="revolute"><parent link="upper"/><child link="tip"/>
+<origin xyz="0.4 0 0"/><axis xyz="0 0 1"/>
+<limit lower="-2" upper="2" velocity="1" effort="1"/></joint>
+</robot>"""
+
+
+def test_a_home_that_collides_is_moved_to_a_sample_that_is_known_to_be_free(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "walled.urdf"
+    path.write_text(WALL)
+    drawn: list[bool] = []
+    sample = Robot.sample
+
+    def counted(robot: Robot, count: int, seed: int = 0, collision_free: bool = True) -> np.ndarray:
+        drawn.append(collision_free)
+        return sample(robot, count, seed, collision_free)
+
+    monkeypatch.setattr(Robot, "sample", counted)
+    report = add_robot(path, "base", "tip", into=tmp_path / "r", conf=tmp_path / "c")
+    assert not any(drawn)  # free ones are searched for minutes where shapes are many
+    robot = Robot(find_description(report.name, tmp_path / "r"))
+    assert robot.in_collision(np.zeros((1, 2)))[0] and not robot.in_collision(robot.home[None])[0]
+    assert np.linalg.norm(robot.home) < 1.0
+    assert "base and tip touch, so home is the nearest free sample" in str(report)
+
+
+def test_a_name_longer_than_a_file_name_may_be_is_refused(
+    tmp_path: Path, two_link_urdf: Path
+) -> None:
+    for name in ("a" * 300, "é" * 60):
+        with pytest.raises(RobotError, match="give a shorter --name"):
+            add_robot(two_link_urdf, "base", "tip", name, tmp_path / "r", tmp_path / "c")
+    assert not (tmp_path / "r").exists() and not (tmp_path / "c").exists()

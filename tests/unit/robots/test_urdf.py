@@ -43,6 +43,8 @@ def test_folder_missing_and_binary_file(tmp_path: Path) -> None:
         read_urdf(tmp_path)
     with pytest.raises(UrdfError, match="no such file"):
         read_urdf(tmp_path / "none.urdf")
+    with pytest.raises(UrdfError, match="cannot be read: File name too long"):
+        read_urdf(tmp_path / ("n" * 5000))
     (tmp_path / "binary.urdf").write_bytes(b"\xff\xfe\x00\x81")
     with pytest.raises(UrdfError, match="not a text file"):
         read_urdf(tmp_path / "binary.urdf")

@@ -12,14 +12,15 @@ from scipy.stats import t
 
 from pipeline.config import compose
 from pipeline.data.dataset import PoseSet
-from pipeline.data.files import write_text
-from pipeline.data.tables import write_table
+from pipeline.data.files import write_sealed_yaml
+from pipeline.data.tables import read_table, write_table
 from pipeline.errors import PipelineError
 from pipeline.learning.factory import build_network
 from pipeline.reporting.results import read_results
 from pipeline.reporting.topics.tuning import tuned_against_table_one, welch
 from pipeline.tuning.comparison import (
     Candidate,
+    Keep,
     load_candidates,
     multiply_adds,
     run_comparison,
@@ -78,16 +79,46 @@ def test_trainings_see_the_same_poses_differ_by_seed_and_are_kept(tmp_path: Path
     pd.testing.assert_frame_equal(again, rows)
 
 
+def test_a_best_that_is_the_default_stays_apart_when_a_killed_comparison_goes_on(
+    tmp_path: Path,
+) -> None:
+    overrides = ["tune.comparison.currency=poses", "tune.comparison.amount=200"]
+    config = compose([*SMOKE, *overrides, "tune.comparison.replicates=2"])
+    chosen = [Candidate(name, config.train, config.model) for name in ("best", "default")]
+    robot = load_robot("nico")
+    joints = np.random.default_rng(0).uniform(robot.lower, robot.upper, (200, robot.dof))
+    poses = PoseSet(robot.forward_kinematics(joints), joints)
+    path = tmp_path / "rows.parquet"
+
+    def until(count: int) -> Keep:
+        def keep(rows: pd.DataFrame) -> None:
+            write_table(path, rows, {})
+            if len(rows) == count:
+                raise KeyboardInterrupt
+
+        return keep
+
+    for count in (1, 2, 3):
+        with pytest.raises(KeyboardInterrupt):
+            run_comparison(robot, config, chosen, (poses, poses), path, until(count))
+        assert read_table(path)["name"].tolist() == (["best", "default"] * 2)[:count]
+    rows = run_comparison(robot, config, chosen, (poses, poses), path, until(0))
+    assert rows["name"].tolist() == ["best", "default"] * 2
+    assert rows["run"].nunique() == 2 and rows["replicate"].tolist() == [0, 0, 1, 1]
+
+
 def test_the_best_of_a_search_for_another_kind_of_model_is_refused(tmp_path: Path) -> None:
     config = compose([*SMOKE, "tune.comparison.candidates=[best,default,table_one]"])
     best = tmp_path / "best.yaml"
-    write_text(best, "train: {learning_rate: 0.02}\nmodel: {hidden: [96]}\nof: {kind: mlp}\n")
+    write_sealed_yaml(
+        best, "train: {learning_rate: 0.02}\nmodel: {hidden: [96]}\nof: {kind: mlp}\n"
+    )
     found, plain, paper = load_candidates(config, best, compose)
     assert (found.train.learning_rate, found.model.hidden) == (0.02, [96])
     assert (plain.train, plain.model) == (config.train, config.model)
     assert paper.model.hidden == config.robot.table_one.hidden
     assert paper.train.learning_rate == config.robot.table_one.learning_rate
-    write_text(best, "train: {}\nmodel: {}\nof: {kind: experts, model: compact}\n")
+    write_sealed_yaml(best, "train: {}\nmodel: {}\nof: {kind: experts, model: compact}\n")
     with pytest.raises(PipelineError, match="set model=compact"):
         load_candidates(config, best, compose)
 

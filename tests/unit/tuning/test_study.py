@@ -24,6 +24,7 @@ from pipeline.tuning.outputs import trials_table
 from pipeline.tuning.space import draw
 from pipeline.tuning.storage import open_store
 from pipeline.tuning.study import ABANDONED, REASON, count, open_study, run_trials, study_name
+from tests.disks import REFUSAL, full_disk
 
 
 @cache
@@ -237,3 +238,31 @@ def test_an_address_that_cannot_be_read_is_reported_without_its_password(
     with pytest.raises(PipelineError, match="cannot open the database") as caught:
         open_store(url, tmp_path / "journal.log", 20)
     assert "secret" not in str(caught.value)
+
+
+def test_a_journal_on_a_full_disk_is_named_and_goes_on_when_there_is_room(tmp_path: Path) -> None:
+    whole = trials_table(search(tmp_path / "whole.log", config()))
+    path = tmp_path / "full.log"
+    with pytest.raises(OSError, match=REFUSAL) as caught, full_disk(5_000):
+        search(path, config())
+    assert caught.value.filename == str(path)
+    again = trials_table(search(path, config()))
+    ended = again[again.state == "COMPLETE"].drop(columns="number").reset_index(drop=True)
+    wanted = whole.drop(columns="number")
+    assert ended[wanted.columns].equals(wanted)
+
+
+def test_a_trial_that_a_signal_ends_or_that_fails_prints_no_traceback(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def terminated(trial: Trial) -> float:
+        raise KeyboardInterrupt
+
+    def failing(trial: Trial) -> float:
+        raise RuntimeError("out of memory\nat line 3")
+
+    with pytest.raises(KeyboardInterrupt):
+        search(tmp_path / "a.log", config(), terminated)
+    with pytest.raises(PipelineError, match="trials in a row failed"):
+        search(tmp_path / "b.log", config("tune.stop.failures=2"), failing)
+    assert "Traceback" not in capfd.readouterr().err

@@ -1,0 +1,1 @@
+"""The project under attack: odd input, kills, damaged files."""
