@@ -8,7 +8,7 @@ from baselines.damped_solve import add_outer_product, diagonal, solve_packed
 from baselines.lanes import greatest, lanes_of, least, load, mask_bits, select, store
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False)
+@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
 def lanes_damped_step(chain, w, error, damping, moving, passes):  # type: ignore[no-untyped-def]
     """Move the joints w.q by one step where a mask holds.
 
