@@ -5,7 +5,9 @@ of all threads share. An answer depends on its pose, its seeds and the settings 
 on the other lanes, the batch or the threads.
 
 Nothing here allocates, so that all is compiled with `_nrt=False`: numba then counts no references
-to arrays, which would take longer than the arithmetic.
+to arrays, which would take longer than the arithmetic. The steps of an iteration say
+`forceinline=True` each: numba hands that option and the other one down to whatever a function is
+the first to call, so that without it the code would depend on who called first.
 """
 
 from __future__ import annotations
