@@ -118,8 +118,9 @@ class CompiledQuery(BoundKernel):
     """A compiled function with all its arguments bound but those of one query.
 
     Args:
-        function: Takes (pose (7,), initial (0 or 1, dof), answer (dof,), `LmOptions`, *bound) and
-            returns (status, iterations, starts, ns); a status of `REFUSED` has changed nothing.
+        function: Takes (pose (7,), initial (0 or 1, dof), answer (dof,), `LmOptions`, None or
+            True where these limit the time, *bound) and returns (status, iterations, starts, ns);
+            a status of `REFUSED` has changed nothing.
         options: Of the types that it is compiled for.
         dof: Joints.
         bound: The other arguments.
@@ -127,7 +128,7 @@ class CompiledQuery(BoundKernel):
 
     def __init__(self, function: Any, options: LmOptions, dof: int, *bound: Any) -> None:
         query = np.empty(7), np.empty((0, dof)), np.empty(dof), options
-        super().__init__(function, query, bound)
+        super().__init__(function, query, (True if options.time_ns > 0 else None, *bound))
 
 
 class CompiledQuerySolver(Solver):
@@ -136,7 +137,7 @@ class CompiledQuerySolver(Solver):
     Answers are those of its batches, bit for bit.
     """
 
-    _query: CompiledQuery | None = None
+    _queries: dict[bool, CompiledQuery | None] | None = None
     _bound: tuple[Budget | None, LmOptions] | None = None
 
     @abstractmethod
@@ -178,9 +179,13 @@ class CompiledQuerySolver(Solver):
         self, pose: ArrayLike, initial: ArrayLike | None, answer: Array
     ) -> tuple[int, int, int, int] | None:
         """Solve one pose; None where the array API has to."""
-        query, options = self._query, self._options_now()
-        if query is None:
-            query = self._query = self.compile_query(options)
+        options = self._options_now()
+        if self._queries is None:
+            self._queries = {}
+        timed = options.time_ns > 0
+        if timed not in self._queries:
+            self._queries[timed] = self.compile_query(options)
+        query = self._queries[timed]
         if query is None or not is_plain(pose, POSE_SHAPE):
             return None
         if initial is None:

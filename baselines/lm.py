@@ -108,7 +108,8 @@ class LevenbergMarquardt(CompiledQuerySolver):
     def compile_query(self, options: LmOptions) -> CompiledQuery:
         """See `CompiledQuerySolver`."""
         robot = self.robot
-        bound = (joint_range(robot), robot.home, robot.chain, self.library, self.max_jump)
+        jump = None if self.max_jump == math.inf else self.max_jump
+        bound = (joint_range(robot), robot.home, robot.chain, self.library, jump)
         return CompiledQuery(lm_query, options, robot.dof, *bound)
 
     def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:

@@ -14,7 +14,7 @@ from robots.chain import Chain
 
 
 @njit(cache=True)
-def refine_query(chain, pose, seeds, library, options, answer):  # type: ignore[no-untyped-def]
+def refine_query(chain, pose, seeds, library, options, answer, timed):  # type: ignore[no-untyped-def]
     """Descend for one pose as `baselines.refine` does, with the same bits.
 
     The lanes of a vector that have no other pose descend from later starts, so that the poses whose
@@ -27,11 +27,13 @@ def refine_query(chain, pose, seeds, library, options, answer):  # type: ignore[
         library: `SeedLibrary`.
         options: `LmOptions`.
         answer: (dof,) receives the joints [rad or m].
+        timed: None without a limit of time, True with one: numba compiles a version each, of which
+            mostly one is needed.
 
     Returns:
         Status, iterations, starts and time [ns].
     """
-    if options.time_ns > 0 or options.starts == 0:
+    if timed is not None:
         return refine_row(chain, pose, seeds, library, options, answer)
     timespec = np.empty(2, dtype=np.int64)
     began = now_ns(timespec)
@@ -68,7 +70,7 @@ def drawn_in(chain, guess, max_jump):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def lm_query(  # type: ignore[no-untyped-def]
-    pose, initial, answer, options, joints, home, chain, library, max_jump
+    pose, initial, answer, options, timed, joints, home, chain, library, max_jump
 ):
     """Solve one pose from an initial guess, or else from home.
 
@@ -80,11 +82,12 @@ def lm_query(  # type: ignore[no-untyped-def]
         initial: (1, dof) guess, or (0, dof) for home [rad or m].
         answer: (dof,) receives the joints [rad or m].
         options: `LmOptions`.
+        timed: See `refine_query`.
         joints: `JointRange`.
         home: (dof,) guess where there is none.
         chain: The robot's `Chain`.
         library: `SeedLibrary`.
-        max_jump: How far each joint may be from the guess [rad or m]; infinite for any distance.
+        max_jump: How far each joint may be from the guess [rad or m]; None for any distance.
 
     Returns:
         Status, iterations, starts and time [ns], or (`REFUSED`, 0, 0, 0).
@@ -93,11 +96,11 @@ def lm_query(  # type: ignore[no-untyped-def]
     seeds[0] = home
     if not (take_pose(pose, target) and take_initial(initial, joints, seeds)):
         return REFUSED, 0, 0, 0
-    if max_jump < np.inf:
+    if max_jump is None:
+        outcome = refine_query(chain, target, seeds, library, options, answer, timed)
+    else:
         near = drawn_in(chain, seeds[0], max_jump)
         outcome = refine_row(near, target, seeds, library, first_start_only(options), answer)
-    else:
-        outcome = refine_query(chain, target, seeds, library, options, answer)
     turn_nearest(initial, joints, answer)
     return outcome
 

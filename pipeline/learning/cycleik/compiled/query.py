@@ -28,6 +28,7 @@ def refined_query(  # type: ignore[no-untyped-def]
     initial,
     answer,
     options,
+    timed,
     joints,
     home,
     heads,
@@ -46,6 +47,7 @@ def refined_query(  # type: ignore[no-untyped-def]
         initial: (1, dof) guess, or (0, dof) for none [rad or m].
         answer: (dof,) receives the joints [rad or m].
         options: `LmOptions`.
+        timed: See `baselines.lm_query.refine_query`.
         joints: `JointRange`.
         home: (dof,) guess where there is neither a first one nor a hypothesis [rad or m].
         heads: Hypotheses of the network.
@@ -66,7 +68,7 @@ def refined_query(  # type: ignore[no-untyped-def]
     if given > 0:
         # A guess that leads to a solution spares the network; of what it cost nothing is kept.
         once = first_start_only(options)
-        outcome = refine_query(chain, targets[0], seeds[:given], library, once, answer)
+        outcome = refine_query(chain, targets[0], seeds[:given], library, once, answer, timed)
         if outcome[0] == FOUND:
             turn_nearest(initial, joints, answer)
             return outcome
@@ -81,7 +83,7 @@ def refined_query(  # type: ignore[no-untyped-def]
     elif given == 0:
         used = 1
         seeds[0] = home
-    outcome = refine_query(chain, targets[0], seeds[:used], library, options, answer)
+    outcome = refine_query(chain, targets[0], seeds[:used], library, options, answer, timed)
     turn_nearest(initial, joints, answer)
     status, iterations, starts, _ = outcome
     return status, iterations, starts, now_ns(timespec) - began
