@@ -124,9 +124,12 @@ def test_a_chunk_is_a_function_of_its_seed_and_is_made_once(tmp_path: Path) -> N
     whole, part = np.load(tmp_path / "a.npy"), np.load(tmp_path / "b.npy")
     assert (whole[1:] == part).all()  # whatever comes before a picture
     assert (whole[0] != whole[1]).any()
-    changed = labels_path(chunk.path).read_text().replace("tomato", "grapes")
-    labels_path(chunk.path).write_text(changed)
+    made = chunk.path.stat().st_mtime_ns
     pictures = render_pictures([chunk], CONFIG.engine, "again")
-    names = {label.name for labels in pictures.labels for label in labels}
-    assert "tomato" not in names  # what is there is taken, not rendered anew
+    assert chunk.path.stat().st_mtime_ns == made  # what is there is taken, not rendered anew
+    text = labels_path(chunk.path).read_text()
+    labels_path(chunk.path).write_text(text.replace("tomato", "grapes"))
+    again = render_pictures([chunk], CONFIG.engine, "again")
+    assert chunk.path.stat().st_mtime_ns > made  # but not what was changed
+    assert again.labels == pictures.labels
     assert len(pictures) == 3 and pictures.images[0].shape == (48, 64, 3)
