@@ -49,7 +49,7 @@ def refine_query(chain, pose, seeds, library, options, answer, timed):  # type: 
         counts[3],
     )
     room = new_room(1, chain.prismatic.shape[0], dof, library.joints.shape[0])
-    refine_lanes(chain, batch, library, options, room, 0)
+    refine_lanes(chain, batch, library, options, room, np.int64(0))  # no literal: a type of its own
     return counts[0, 0], counts[1, 0], counts[2, 0], now_ns(timespec) - began
 
 

@@ -28,9 +28,10 @@ from pipeline.data.dataset import read_split, write_card, write_split
 from pipeline.data.files import read_json, sha256, write_json, write_sealed_json, write_sealed_yaml
 from pipeline.data.rows import RowCheckpoint
 from pipeline.data.tables import read_metadata, read_table, write_table
+from pipeline.learning.card import chain_facts
 from pipeline.learning.checkpoint import Progress, restore, save
 from pipeline.learning.factory import build_network
-from pipeline.learning.weights import chain_facts, load_network, save_weights
+from pipeline.learning.weights import load_network, save_weights
 from pipeline.perception.config import NetworkConfig
 from pipeline.perception.network import CentreNetwork
 from pipeline.perception.pictures import is_rendered, labels_path

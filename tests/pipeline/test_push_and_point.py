@@ -47,10 +47,11 @@ def act(each, kind, row=3, away=0.0, **changes):
 
 def test_pushing_moves_the_object_and_no_other(each, monkeypatch):
     guard(monkeypatch)
-    result, moved, name = act(each, "push")
+    # In a row whose objects stand apart: beside a neighbour, Panda's wide gripper sweeps it along.
+    result, moved, name = act(each, "push", row=4)
     assert result.done, result.words
     assert moved.pop(name) > 0.02
-    assert max(moved.values()) < 0.02  # a wide gripper may brush a neighbour
+    assert max(moved.values()) < 0.005
 
 
 def test_pointing_moves_nothing(each, monkeypatch):
