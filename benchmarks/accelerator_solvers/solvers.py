@@ -76,8 +76,8 @@ def _lm(
 
 def _refined(robot: Robot, options: LmOptions, library: SeedLibrary) -> Calls | None:
     try:
-        from pipeline.learning.refined_cuda import RefinedCuda
         from pipeline.learning.card import shipped_weights
+        from pipeline.learning.refined_cuda import RefinedCuda
         from pipeline.learning.weights import load_network
 
         network = load_network(shipped_weights(robot.name), robot)
