@@ -32,6 +32,7 @@ def _put(row: dict[str, Any]) -> None:
     table = pd.DataFrame([*others.to_dict("records"), row])
     front = [*KEY, "count", "bad"]
     table = table[front + [name for name in table if name not in front]].convert_dtypes()
+    table = table.sort_values(KEY, ignore_index=True)
     table.to_csv(OUT, index=False)
     OUT.with_suffix(".md").write_text(TITLE + "\n" + _markdown(table), encoding="utf-8")
 
