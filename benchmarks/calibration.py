@@ -1,6 +1,6 @@
 """Is TRAC-IK here the TRAC-IK that its authors measured? Their protocol, our set-up.
 
-    python benchmarks/calibration.py [--poses 10000]
+    python -m benchmarks.calibration [--poses 10000]
 
 The README of trac_ik 1.4.6 (Beeson and Ames) gives solve rates and mean times for 10,000 poses of
 random configurations, each solved from the middle of the limits within 5 ms to 1e-5 in every
@@ -13,7 +13,6 @@ the library races two threads against the clock.
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -21,12 +20,12 @@ import pandas as pd
 
 import baselines
 from baselines import Budget
+from benchmarks.studies import write_study
 from pipeline.evaluation.statistics import wilson_interval
 from robots import Robot, load_robot
 from robots.description import find_description
 from robots.rotations import rotation_angle
 
-OUT = Path(__file__).parents[1] / "results" / "studies" / "calibration"
 TIME_S, EPSILON, SEED = 5e-3, 1e-5, 1
 CONFIDENCE = 0.95
 
@@ -103,14 +102,13 @@ def main() -> None:
         )
         print(rows[-1], flush=True)
     table = pd.DataFrame(rows)
-    OUT.parent.mkdir(parents=True, exist_ok=True)
-    table.to_csv(OUT.with_suffix(".csv"), index=False)
     text = (
         "TRAC-IK under its authors' protocol: 10,000 poses of random configurations, from the\n"
         "middle of the limits, 5 ms, 1e-5 in every component of the twist; 95 % Wilson intervals.\n"
-        "`python benchmarks/calibration.py`; published: README of trac_ik 1.4.6.\n\n"
+        f"Published: README of trac_ik 1.4.6.\n\n{table.to_markdown(index=False)}\n"
     )
-    OUT.with_suffix(".md").write_text(text + table.to_markdown(index=False) + "\n", "utf-8")
+    command = f"python -m benchmarks.calibration --poses {poses}"
+    write_study("calibration", table, text, command, str(SEED))
 
 
 if __name__ == "__main__":

@@ -17,7 +17,6 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numba
 import numpy as np
@@ -32,11 +31,11 @@ from baselines.lanes import LANES, load, store
 from baselines.lm import LevenbergMarquardt
 from baselines.refine import refine
 from benchmarks.refined import pair_of, reachable, success
+from benchmarks.studies import write_study
 from pipeline import load_solver
 from robots import Robot, available_robots, load_robot
 
 Array = NDArray[np.float64]
-OUT = Path(__file__).parents[1] / "results" / "studies" / "lanes"
 
 # Sums and products of an iteration: those of a joint (sine and cosine 43, frames 83, Jacobian 15,
 # matrix 48, step 12), and those of a configuration (error 100, system of six equations 157).
@@ -68,8 +67,8 @@ def main() -> None:
     means = np.exp(np.log(ratios).mean())
     print("\nGeometric means:", ", ".join(f"{key} {value:.3f}" for key, value in means.items()))
     if options.write:
-        table.to_csv(OUT.with_suffix(".csv"), index=False, float_format="%.4g")
-        OUT.with_suffix(".md").write_text(text + "\n")
+        command = f"python -m benchmarks.lanes --threads {options.threads} --write"
+        write_study("lanes", table.round(4), text, command, "1")
 
 
 def measured(robot: Robot, options: argparse.Namespace, rate: float) -> dict[str, object]:

@@ -12,10 +12,23 @@ LOGGER = logging.getLogger("cycleik_bench")
 _hidden = False
 
 
+class _StandardError(logging.StreamHandler):  # type: ignore[type-arg]
+    """Writes to what is standard error when a line comes: it may have been replaced since."""
+
+    @property
+    def stream(self) -> Any:
+        """Where lines go."""
+        return sys.stderr
+
+    @stream.setter
+    def stream(self, value: Any) -> None:
+        """Keep nothing: the base class sets it when it is made."""
+
+
 def set_up_logging() -> None:
     """Send log lines to stderr, once."""
     if not LOGGER.handlers:
-        handler = logging.StreamHandler(sys.stderr)
+        handler = _StandardError()
         handler.setFormatter(logging.Formatter("%(message)s"))
         LOGGER.addHandler(handler)
         LOGGER.setLevel(logging.INFO)

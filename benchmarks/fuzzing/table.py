@@ -8,14 +8,17 @@ from typing import Any
 import pandas as pd
 from filelock import FileLock
 
+from benchmarks.studies import write_study
+
 OUT = Path(__file__).parents[2] / "results" / "studies" / "fuzzing.csv"
 KEY = ["attack", "target"]
+COMMAND = "python -m benchmarks.fuzzing urdfs|arguments|kills|files|disks"
 TITLE = """\
 # Odd input, kills and damaged files
 
-Made by `python -m benchmarks.fuzzing urdfs|arguments|kills|files|disks`. *count*: inputs, kills or
-damaged files; *bad*: ended in a traceback, after more than ten seconds of the processor, with a
-wrong answer or half a file. *refused*: in one sentence; *anew*: what was damaged is made again.
+*count*: inputs, kills or damaged files; *bad*: ended in a traceback, after more than ten seconds
+of the processor, with a wrong answer or half a file. *refused*: in one sentence; *anew*: what was
+damaged is made again.
 """
 
 
@@ -33,8 +36,8 @@ def _put(row: dict[str, Any]) -> None:
     front = [*KEY, "count", "bad"]
     table = table[front + [name for name in table if name not in front]].convert_dtypes()
     table = table.sort_values(KEY, ignore_index=True)
-    table.to_csv(OUT, index=False)
-    OUT.with_suffix(".md").write_text(TITLE + "\n" + _markdown(table), encoding="utf-8")
+    text = TITLE + "\n" + _markdown(table)
+    write_study(OUT.stem, table, text, COMMAND, "0")
 
 
 def _markdown(table: pd.DataFrame) -> str:
