@@ -13,7 +13,7 @@ from baselines.lm_kernel import first_start_only, refine_row
 from robots.chain import Chain
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def refine_query(chain, pose, seeds, library, options, answer, timed):  # type: ignore[no-untyped-def]
     """Descend for one pose as `baselines.refine` does, with the same bits.
 

@@ -12,6 +12,7 @@ from filelock import FileLock, Timeout
 from pipeline.errors import MissingArtifactError
 from pipeline.progress import LOGGER
 
+SIGNATURE = "signature.json"  # beside results whose card later stages depend on
 SPLITS = ("train", "validation", "test")
 
 

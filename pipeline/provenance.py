@@ -35,7 +35,6 @@ PACKAGES = (
     "dvc",
 )
 NO_COMMIT = "no commit"
-SIGNATURE = "signature.json"  # beside results whose card later stages depend on
 
 
 @cache

@@ -11,9 +11,9 @@ from typing import Any, TypeVar
 
 import pandas as pd
 
+from pipeline.artifacts import SIGNATURE
 from pipeline.data.files import check_listed, read_json, read_sealed_yaml
 from pipeline.data.tables import read_metadata, read_table
-from pipeline.provenance import SIGNATURE
 from pipeline.reporting.sweeps import SweptRun, read_sweeps
 
 Content = TypeVar("Content")

@@ -9,9 +9,9 @@ from typing import Any
 
 import pandas as pd
 
+from pipeline.artifacts import SIGNATURE
 from pipeline.data.files import check_listed, read_json
 from pipeline.data.tables import read_table
-from pipeline.provenance import SIGNATURE
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.artifacts import Artifacts
-from pipeline.provenance import SIGNATURE
+from pipeline.artifacts import SIGNATURE, Artifacts
 
 if TYPE_CHECKING:
     from pipeline.settings import Config

@@ -10,7 +10,7 @@ import pandas as pd
 import torch
 
 from pipeline import provenance
-from pipeline.artifacts import exclusive
+from pipeline.artifacts import SIGNATURE, exclusive
 from pipeline.closure import source_tree
 from pipeline.containers import to_dict
 from pipeline.data.dataset import CARD, PoseSet, read_split
@@ -130,7 +130,7 @@ def _write(
     }
     write_text(folder / "curve.csv", pd.DataFrame(progress.curve).to_csv(index=False))
     write_json(folder / "metrics.json", metrics)
-    write_json(folder / provenance.SIGNATURE, provenance.signature(config.profile))
+    write_json(folder / SIGNATURE, provenance.signature(config.profile))
     card = provenance.card(
         "model",
         "train",

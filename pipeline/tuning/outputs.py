@@ -10,6 +10,7 @@ from omegaconf import OmegaConf
 from optuna import Study
 from optuna.trial import FrozenTrial, TrialState
 
+from pipeline.artifacts import SIGNATURE
 from pipeline.containers import to_dict
 from pipeline.data.files import sha256, write_json, write_sealed_json, write_sealed_yaml, write_text
 from pipeline.errors import PipelineError
@@ -17,7 +18,7 @@ from pipeline.locations import published_results
 from pipeline.presentation.origin import origin_of
 from pipeline.presentation.published import read_published
 from pipeline.presentation.table import Table
-from pipeline.provenance import SIGNATURE, made_by, signature
+from pipeline.provenance import made_by, signature
 from pipeline.tuning.figures import write_figures
 from pipeline.tuning.hyperparameters import Hyperparameters, found_hyperparameters
 from pipeline.tuning.journal import WORKER
