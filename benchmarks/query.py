@@ -1,6 +1,6 @@
 """How long one query takes from Python, and one step of a motion that is tracked at 1 kHz.
 
-    python benchmarks/query.py [--robots panda ...] [--solvers lm ...] [--poses 2000]
+    python -m benchmarks.query [--robots panda ...] [--solvers lm ...] [--write]
 
 Prints two Markdown tables. The first: microseconds of `solve_one` (median, 99th percentile), of
 `solve` with one pose, and of the kernel alone, below which no call can be: what lies between is
@@ -18,9 +18,11 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from baselines import SkippedSolver, Solver
+from benchmarks.studies import write_study
 from pipeline import load_robot, load_solver
 from robots import Robot, available_robots
 
@@ -31,6 +33,16 @@ FASTEST = 1.0  # rad/s or m/s
 CYCLES_S = (2.0, 9.0)  # periods of the joints' sines
 MAX_JUMP = 0.02  # rad or m, twenty times what a joint moves in a step
 QUERIES = ("lm", "cycleik", "cycleik_refined", "pinocchio", "frankik", "ssik", "optik", "placo")
+TITLES = {
+    "query": (
+        "One query from Python on one core: microseconds of `solve_one`, of `solve` with one pose,\n"
+        "and of the kernel alone; uniform poses."
+    ),
+    "tracking": (
+        "A motion of at most 1 rad/s whose targets come at 1 kHz, each solved from the answer before\n"
+        "it, on one core: microseconds a step, and the largest step of a joint [rad or m]."
+    ),
+}
 TRACKED: tuple[tuple[str, dict[str, Any]], ...] = (
     ("lm", {}),
     ("lm", {"max_jump": MAX_JUMP}),
@@ -45,6 +57,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--robots", nargs="+", default=available_robots())
     parser.add_argument("--solvers", nargs="+", default=QUERIES)
     parser.add_argument("--poses", type=int, default=2000)
+    parser.add_argument("--write", action="store_true", help="also into results/studies")
     return parser.parse_args()
 
 
@@ -102,13 +115,27 @@ def tracking_row(robot: Robot, solver: Solver, joints: NDArray[np.float64]) -> l
     return [*cells, f"{max(steps):.4f}", f"{own:.4f}"]
 
 
-def table(head: Iterable[str], rows: Iterable[list[str]]) -> None:
-    """Print a Markdown table, each row as soon as it is there."""
-    titles = list(head)
+def table(head: Iterable[str], rows: Iterable[list[str]]) -> pd.DataFrame:
+    """Print a Markdown table, each row as soon as it is there, and return it."""
+    titles, kept = list(head), []
     print(f"| {' | '.join(titles)} |\n{'|---' * len(titles)}|", flush=True)
     for row in rows:
         print(f"| {' | '.join(row)} |", flush=True)
+        kept.append(row)
     print()
+    return pd.DataFrame(kept, columns=titles)
+
+
+def write(name: str, rows: pd.DataFrame, options: argparse.Namespace) -> None:
+    """Put a table into results/studies."""
+    command = f"python -m benchmarks.query --solvers {' '.join(options.solvers)} --write"
+    write_study(name, rows, f"{TITLES[name]}\n\n{markdown(rows)}", command, str(SEED))
+
+
+def markdown(rows: pd.DataFrame) -> str:
+    """Cells as they were printed."""
+    lines = [list(rows.columns), ["---"] * len(rows.columns), *rows.to_numpy().tolist()]
+    return "\n".join(f"| {' | '.join(map(str, line))} |" for line in lines)
 
 
 def main() -> None:
@@ -142,12 +169,15 @@ def main() -> None:
                 cells = tracking_row(robot, solver, joints)
                 yield [robot.name, f"{name} ({label})" if label else name, *cells]
 
-    table(
+    one = table(
         ("robot", "solver", "one us", "p99 us", "array of one us", "kernel us", "found %"),
         queries(),
     )
     columns = ("step us", "p99 us", "max us", "found %", "largest step", "of the motion")
-    table(("robot", "solver", *columns), tracked())
+    steps = table(("robot", "solver", *columns), tracked())
+    if options.write:
+        write("query", one, options)
+        write("tracking", steps, options)
 
 
 if __name__ == "__main__":
