@@ -35,12 +35,12 @@ MAX_JUMP = 0.02  # rad or m, twenty times what a joint moves in a step
 QUERIES = ("lm", "cycleik", "cycleik_refined", "pinocchio", "frankik", "ssik", "optik", "placo")
 TITLES = {
     "query": (
-        "One query from Python on one core: microseconds of `solve_one`, of `solve` with one pose,\n"
-        "and of the kernel alone; uniform poses."
+        "One query from Python on one core: microseconds of `solve_one`, of `solve` with one\n"
+        "pose, and of the kernel alone; uniform poses."
     ),
     "tracking": (
-        "A motion of at most 1 rad/s whose targets come at 1 kHz, each solved from the answer before\n"
-        "it, on one core: microseconds a step, and the largest step of a joint [rad or m]."
+        "A motion of at most 1 rad/s whose targets come at 1 kHz, each solved from the answer\n"
+        "before it, on one core: microseconds a step, and the largest step of a joint [rad or m]."
     ),
 }
 TRACKED: tuple[tuple[str, dict[str, Any]], ...] = (
