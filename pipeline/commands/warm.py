@@ -28,6 +28,7 @@ COMPILED = (
     "pipeline/planning",
     "pipeline/learning",
     "pipeline/learning/cycleik",
+    "pipeline/learning/cycleik/compiled",
 )
 STAMP = Path(__file__).parent / "__pycache__" / "kernels"
 ROBOT = "panda"  # any will do: kernels are compiled for types, not for robots
