@@ -14,7 +14,14 @@ from pipeline.artifacts import SIGNATURE, exclusive
 from pipeline.closure import source_tree
 from pipeline.containers import to_dict
 from pipeline.data.dataset import CARD, PoseSet, read_split
-from pipeline.data.files import read_json, replacing, sha256, write_json, write_text
+from pipeline.data.files import (
+    read_json,
+    replacing,
+    sha256,
+    write_json,
+    write_sealed_json,
+    write_text,
+)
 from pipeline.learning.card import chain_facts, read_card
 from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.factory import build_network, make_objective
@@ -96,8 +103,10 @@ def _take(shipped: Path, folder: Path, robot: Robot, held_out: PoseSet, config: 
             shutil.copyfile(shipped / WEIGHTS, partial)
     write_text(folder / "curve.csv", ",".join(CURVE) + "\n")
     write_json(folder / "metrics.json", metrics)
+    write_json(folder / SIGNATURE, provenance.signature(config.profile))
     card = {**read_card(shipped), "validation": metrics, SHIPPED: displayed_path(shipped)}
-    write_json(folder / CARD, card)
+    card["files"] = {name: sha256(folder / name) for name in ("curve.csv", "metrics.json")}
+    write_sealed_json(folder / CARD, card)
 
 
 def _made(folder: Path) -> str:
