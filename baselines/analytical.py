@@ -16,6 +16,7 @@ from baselines.candidates import prepare_query, take_candidate
 from baselines.checks import positive_settings
 from baselines.compiled_query import JointRange
 from baselines.protocol import NO_SOLUTION, Answer, Clock, QuerySolver
+from robots.arguments import compiled_floats
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -85,7 +86,8 @@ class AnalyticalSolver(QuerySolver):
         if not self._prepare(pose, initial, guess, target, end):
             return None
         for candidates in self._candidates(end, guess[0]):
-            if self._take(candidates, target, guess, answer):
+            # What a library returns goes where no types are looked at.
+            if self._take(compiled_floats(candidates), target, guess, answer):
                 return Answer(answer, "")
         return Answer(guess[0], NO_SOLUTION)
 

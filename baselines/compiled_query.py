@@ -9,6 +9,7 @@ where errors are worded.
 from __future__ import annotations
 
 from abc import abstractmethod
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -137,7 +138,6 @@ class CompiledQuerySolver(Solver):
     Answers are those of its batches, bit for bit.
     """
 
-    _queries: dict[bool, CompiledQuery | None] | None = None
     _bound: tuple[Budget | None, LmOptions] | None = None
 
     @abstractmethod
@@ -173,6 +173,7 @@ class CompiledQuerySolver(Solver):
     def _solve_array(
         self, poses: ArrayLike, initial: ArrayLike | None, budget: Budget | None
     ) -> Solution:
+        """Solve by the array API, whose checks name what is wrong."""
         return super().solve(poses, initial, budget)
 
     def _answer(
@@ -180,8 +181,6 @@ class CompiledQuerySolver(Solver):
     ) -> tuple[int, int, int, int] | None:
         """Solve one pose; None where the array API has to."""
         options = self._options_now()
-        if self._queries is None:
-            self._queries = {}
         timed = options.time_ns > 0
         if timed not in self._queries:
             self._queries[timed] = self.compile_query(options)
@@ -196,6 +195,11 @@ class CompiledQuerySolver(Solver):
             return None
         outcome: tuple[int, int, int, int] = query(pose, guess, answer, options)
         return None if outcome[0] == REFUSED else outcome
+
+    @cached_property
+    def _queries(self) -> dict[bool, CompiledQuery | None]:
+        """The query without a limit of time and with one, each as soon as it is needed."""
+        return {}
 
     def _options_now(self) -> LmOptions:
         """The kernel's options under the solver's own budget, made anew when that is replaced."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -63,9 +62,9 @@ class LevenbergMarquardt(CompiledQuerySolver):
         self.threads = thread_setting(threads)
         remembered = {"seed_library": seed_library, "neighbours": neighbours}
         self._remembered = count_settings(remembered, least=0)
-        self.max_jump = (
-            math.inf if max_jump is None else positive_settings({"max_jump": max_jump})["max_jump"]
-        )
+        self.max_jump = max_jump
+        if max_jump is not None:
+            self.max_jump = positive_settings({"max_jump": max_jump})["max_jump"]
         # The kernel is compiled for these types; others would have it compiled again.
         sizes = ("position_tolerance_m", "rotation_tolerance_rad")
         damping, gain = damping_settings(options.pop("damping"), options.pop("damping_gain"))
@@ -108,13 +107,12 @@ class LevenbergMarquardt(CompiledQuerySolver):
     def compile_query(self, options: LmOptions) -> CompiledQuery:
         """See `CompiledQuerySolver`."""
         robot = self.robot
-        jump = None if self.max_jump == math.inf else self.max_jump
-        bound = (joint_range(robot), robot.home, robot.chain, self.library, jump)
+        bound = (joint_range(robot), robot.home, robot.chain, self.library, self.max_jump)
         return CompiledQuery(lm_query, options, robot.dof, *bound)
 
     def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
         options = self.options(budget)
-        if self.max_jump < math.inf:
+        if self.max_jump is not None:
             return self._solve_near(poses, initial, options)
         refined = refine(
             self.robot, poses, initial[:, None, :], options, self.threads, self.library

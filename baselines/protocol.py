@@ -220,14 +220,8 @@ class Solver(ABC):
             raise InitialError(
                 f"expected initial joints of shape ({self.robot.dof},), got {guess.shape}"
             )
-        solution = self._solve_array(target[None], guess, None)
+        solution = self.solve(target[None], guess)
         return solution.joints[0], bool(solution.found[0])
-
-    def _solve_array(
-        self, poses: ArrayLike, initial: ArrayLike | None, budget: Budget | None
-    ) -> Solution:
-        """`solve` itself, whatever shorter path a subclass has for one row."""
-        return self.solve(poses, initial, budget)
 
     def _nearest_turns(self, solution: Solution, initial: ArrayLike | None) -> Solution:
         """Turn joints that turn for ever to where they are nearest to the initial guess."""

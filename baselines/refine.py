@@ -19,6 +19,7 @@ from baselines.lanes_work import Batch, new_room
 from baselines.lm_kernel import LmOptions
 from baselines.protocol import OUT_OF_ITERATIONS, OUT_OF_TIME, Solution
 from baselines.seed_library import SeedLibrary, empty_seed_library
+from robots.arguments import compiled_floats
 from robots.chain import Chain
 from robots.threads import forked
 
@@ -118,8 +119,8 @@ def refine(
     """
     arguments = (
         robot.chain,
-        np.ascontiguousarray(poses, dtype=np.float64),
-        np.ascontiguousarray(seeds, dtype=np.float64),
+        compiled_floats(poses),
+        compiled_floats(seeds),
         empty_seed_library(robot.dof) if library is None else library,
         options,
     )

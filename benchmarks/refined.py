@@ -208,7 +208,7 @@ def answer_in_batches(chain, experts, poses, weights, joints, errors, work, size
 
 
 def product_rate() -> float:
-    """Multiplications and additions a second of one core, float32, the faster of two ways.
+    """Multiplications and additions a second of one core, float32, by the faster of two methods.
 
     Of large square matrices by torch, and of a chunk of rows with one layer by `linear`, whose
     weights stay in the first two caches.

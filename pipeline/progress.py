@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
+from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
@@ -33,6 +34,12 @@ def set_up_logging() -> None:
         LOGGER.addHandler(handler)
         LOGGER.setLevel(logging.INFO)
         LOGGER.propagate = False
+
+
+def last_line(log: Path) -> str:
+    """Return the last line of a log that is not blank: why a command failed; empty without one."""
+    text = log.read_text(encoding="utf-8", errors="replace") if log.exists() else ""
+    return next((line for line in reversed(text.splitlines()) if line.strip()), "")
 
 
 def hide_bars() -> None:

@@ -46,7 +46,15 @@ def as_floats(values: ArrayLike, what: str, error: type[ValueError]) -> Array:
     elif array.dtype.kind not in "fiu":
         raise error(f"{what}: expected real numbers, got values of the type {array.dtype}")
     with np.errstate(over="ignore"):
-        return np.require(array, np.float64, ["C_CONTIGUOUS", "ALIGNED", "WRITEABLE"])
+        return compiled_floats(array)
+
+
+def compiled_floats(array: ArrayLike) -> Array:
+    """Return numbers as the one type and layout that kernels are compiled for.
+
+    To numba a read-only array is of another type, for which a caller would wait seconds.
+    """
+    return np.require(array, np.float64, ["C_CONTIGUOUS", "ALIGNED", "WRITEABLE"])
 
 
 def _from_objects(array: NDArray[Any], what: str, error: type[ValueError]) -> Array:

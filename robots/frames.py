@@ -72,11 +72,14 @@ def multiplied(frame, rotation, translation):  # type: ignore[no-untyped-def]
         rotation: (3, 3) of the constant transform.
         translation: (3,) of the constant transform, m.
     """
+    return composed(frame, constant_frame(rotation, translation))
+
+
+@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
+def composed(frame, constant):  # type: ignore[no-untyped-def]
+    """Multiply a frame by another one on its right, which may hold for many frames."""
     a, b, c, d, e, f, g, h, i, x, y, z = frame
-    xx, xy, xz = rotation[0, 0], rotation[0, 1], rotation[0, 2]
-    yx, yy, yz = rotation[1, 0], rotation[1, 1], rotation[1, 2]
-    zx, zy, zz = rotation[2, 0], rotation[2, 1], rotation[2, 2]
-    tx, ty, tz = translation[0], translation[1], translation[2]
+    xx, xy, xz, yx, yy, yz, zx, zy, zz, tx, ty, tz = constant
     return (
         (a * xx + b * yx + c * zx, a * xy + b * yy + c * zy, a * xz + b * yz + c * zz)
         + (d * xx + e * yx + f * zx, d * xy + e * yy + f * zy, d * xz + e * yz + f * zz)

@@ -16,7 +16,7 @@ from pipeline.config import bench_lists
 from pipeline.data.files import read_json, read_yaml, write_json
 from pipeline.errors import PipelineError
 from pipeline.locations import CONF_DIR, need_checkout
-from pipeline.progress import LOGGER
+from pipeline.progress import LOGGER, last_line
 from pipeline.stages.dvc_file import CODE
 from pipeline.stages.dvc_tasks import DvcTasks
 from pipeline.stages.schedule import (
@@ -239,9 +239,8 @@ def _ended_with_us(running: dict[int, Running]) -> Iterator[None]:
 
 
 def _problem(failed: Running) -> str:
-    text = failed.log.read_text(encoding="utf-8", errors="replace")
-    last = [line for line in text.splitlines() if line.strip()][-1:]
-    return f"{failed.task} failed ({''.join(last) or failed.process.returncode}), see {failed.log}"
+    reason = last_line(failed.log) or failed.process.returncode
+    return f"{failed.task} failed ({reason}), see {failed.log}"
 
 
 def _minutes(seconds: float) -> str:

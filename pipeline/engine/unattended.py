@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pipeline.engine.cores import own_cores, usable_cores
+from pipeline.progress import last_line
 
 POLL_S = 0.2
 DEATH_OF_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
@@ -84,7 +85,8 @@ def run_on_cores(
                 each.core.close()
                 status = each.process.returncode
                 if status:
-                    failed[each.task.name] = _reason(logs / f"{each.task.name}.log", status)
+                    reason = last_line(logs / f"{each.task.name}.log")
+                    failed[each.task.name] = reason or f"status {status}"
                 pending.discard(each.task.name)
                 ended(each.task, status, time.monotonic() - each.began)
     finally:
@@ -115,8 +117,3 @@ def _on_core(number: int) -> None:
     """In the new process: keep to one core, and end with the parent, whatever ends that."""
     os.sched_setaffinity(0, {number})
     ctypes.CDLL(None).prctl(DEATH_OF_PARENT, signal.SIGTERM)
-
-
-def _reason(log: Path, status: int) -> str:
-    lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
-    return next((line for line in reversed(lines) if line.strip()), f"status {status}")

@@ -14,7 +14,7 @@ from pipeline.engine.config import EngineConfig
 from pipeline.engine.cores import own_cores, usable_cores
 from pipeline.engine.running import one_machine, try_tasks, workers_of
 from pipeline.engine.task import TaskResult
-from pipeline.progress import LOGGER
+from pipeline.progress import LOGGER, last_line
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,5 @@ def _report(what: str, outcome: TaskResult[tuple[int, float]], log: Path) -> boo
     if status == 0:
         LOGGER.info("%s done in %.0f s", what, seconds)
         return True
-    text = log.read_text(encoding="utf-8") if log.exists() else ""
-    last = [line for line in text.splitlines() if line.strip()][-1:]
-    LOGGER.info("%s failed (%s), see %s", what, outcome.problem or "".join(last) or status, log)
+    LOGGER.info("%s failed (%s), see %s", what, outcome.problem or last_line(log) or status, log)
     return False

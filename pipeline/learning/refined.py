@@ -80,7 +80,7 @@ class RefinedSolver(CompiledQuerySolver):
         place = refine_place(robot, device, "float64")
         self.accelerator = place if place.device.type == "cuda" else None
         # What the proposer would not call found, this solver does not either.
-        own, known = (self.proposer, settings("lm"))
+        own, known = self.proposer, settings("lm")
         distance = min(float(known[POSITION]), own.position_tolerance_mm / 1e3)
         angle = min(float(known[ROTATION]), math.radians(own.rotation_tolerance_deg))
         tolerances = {POSITION: distance, ROTATION: angle}

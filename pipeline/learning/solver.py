@@ -103,7 +103,7 @@ class NeuralSolver(Solver):
     def in_domain(self, poses: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which poses (N, 7) lie in the workspace box whose poses the network learned.
 
-        Its answers outside are extrapolated: worse starts of a descent than remembered poses.
+        Its answers outside are extrapolated: worse starts of a descent than the robot's home.
         """
         centre, half = (
             buffer.numpy(force=True)

@@ -1,7 +1,7 @@
 """Stage grasp: pick-and-drop trials in simulation, held by contact and friction alone.
 
 With `perception=camera` or an `agent` the trials are those of the paper's human in the loop: all
-objects on a row, one spoken instruction a row, five classes.
+objects on a row, one instruction a row, five classes.
 """
 
 from __future__ import annotations

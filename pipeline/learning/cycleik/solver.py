@@ -19,6 +19,7 @@ from pipeline.learning.cycleik.compiled.query import refined_query
 from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
+from robots.arguments import compiled_floats
 from robots.threads import forked
 
 _TO_MM_AND_DEG = np.array([1e3, 180 / np.pi])
@@ -71,7 +72,7 @@ class CycleIk(NeuralSolver):
         arguments = (
             self.robot.chain,
             experts,
-            np.ascontiguousarray(poses, dtype=np.float64),
+            compiled_floats(poses),
             self._ranking(),
             joints,
             errors,

@@ -12,7 +12,7 @@ import baselines.refine
 from baselines.lanes import LANES
 from baselines.lanes_kernel import refine_lanes
 from baselines.lm import LevenbergMarquardt
-from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, LmOptions
+from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, LmOptions, refine_rows
 from baselines.refine import Refined, refine
 from baselines.seed_library import SeedLibrary, build_seed_library
 from robots import Robot, available_robots, load_robot
@@ -263,7 +263,13 @@ def test_no_types_or_layouts_compile_it_again(panda: Robot) -> None:
     refine(panda, poses[::2], np.asfortranarray(homes(panda, 6)), options)
     refine(panda, poses, np.empty((12, 0, 7)), options, library=pickle.loads(pickle.dumps(library)))
     refine(panda, poses, np.broadcast_to(panda.home, (12, 1, 7)), options._replace(starts=2))
+    one, home = np.broadcast_to(poses[0], (1, 7)), np.broadcast_to(panda.home, (1, 1, 7))
+    refine(panda, one, home, options)  # read-only, and in order as it stands
     assert len(refine_lanes.signatures) == before == 1
+    for timed in (options._replace(time_ns=10**9), options._replace(time_ns=10**9, starts=2)):
+        refine(panda, poses, homes(panda, 12), timed)
+        refine(panda, one, home, timed)
+    assert len(refine_rows.signatures) == 1
 
 
 def test_a_time_limit_is_kept_pose_by_pose(panda: Robot) -> None:

@@ -11,7 +11,7 @@ import math
 
 from numba import njit
 
-from robots.frames import slid, turned
+from robots.frames import composed, constant_frame, slid, turned
 from robots.trigonometry import sine_cosine
 
 LANES = 16  # loops over eight would be unrolled before they can become vectors
@@ -37,30 +37,6 @@ def arc_sine(x):  # type: ignore[no-untyped-def]
     low = _A4 + z * (_A5 + z * (_A6 + z * (_A7 + z * _A8)))
     angle = root + root * z * (_A0 + z * (_A1 + z * (_A2 + z * (_A3 + z * low))))
     return math.pi / 2 - 2.0 * angle if upper else angle
-
-
-@njit(cache=True, inline="always", fastmath={"contract"})
-def _composed(frame, constant):  # type: ignore[no-untyped-def]
-    """Multiply a frame tuple by a constant one on its right."""
-    a, b, c, d, e, f, g, h, i, x, y, z = frame
-    xx, xy, xz, yx, yy, yz, zx, zy, zz, tx, ty, tz = constant
-    return (
-        a * xx + b * yx + c * zx, a * xy + b * yy + c * zy, a * xz + b * yz + c * zz,
-        d * xx + e * yx + f * zx, d * xy + e * yy + f * zy, d * xz + e * yz + f * zz,
-        g * xx + h * yx + i * zx, g * xy + h * yy + i * zy, g * xz + h * yz + i * zz,
-        x + a * tx + b * ty + c * tz, y + d * tx + e * ty + f * tz, z + g * tx + h * ty + i * tz,
-    )  # fmt: skip
-
-
-@njit(cache=True, inline="always")
-def _constant(rotations, translations, k):  # type: ignore[no-untyped-def]
-    """Constant transform k of a chain as a frame tuple."""
-    return (
-        rotations[k, 0, 0], rotations[k, 0, 1], rotations[k, 0, 2],
-        rotations[k, 1, 0], rotations[k, 1, 1], rotations[k, 1, 2],
-        rotations[k, 2, 0], rotations[k, 2, 1], rotations[k, 2, 2],
-        translations[k, 0], translations[k, 1], translations[k, 2],
-    )  # fmt: skip
 
 
 @njit(cache=True, inline="always")
@@ -93,23 +69,23 @@ def tips_of_lanes(chain, joints, begin, frames):  # type: ignore[no-untyped-def]
     """
     rotations, translations = chain.rotations, chain.translations
     multipliers, offsets, variables = chain.multiplier, chain.offset, chain.variable
-    base = _constant(rotations, translations, 0)
+    base = constant_frame(rotations[0], translations[0])
     for lane in range(LANES):
         _keep_frame(frames, lane, base)
     for k in range(variables.shape[0]):
         multiplier, offset = multipliers[k], offsets[k]
-        constant = _constant(rotations, translations, k + 1)
+        constant = constant_frame(rotations[k + 1], translations[k + 1])
         at = begin + variables[k] * LANES
         position = joints[at : at + LANES]  # indices from 0 on, or each is tested for its sign
         if chain.prismatic[k]:
             for lane in range(LANES):
                 frame = slid(_frame_of(frames, lane), multiplier * position[lane] + offset)
-                _keep_frame(frames, lane, _composed(frame, constant))
+                _keep_frame(frames, lane, composed(frame, constant))
         else:
             for lane in range(LANES):
                 sine, cosine = sine_cosine(multiplier * position[lane] + offset)
                 frame = turned(_frame_of(frames, lane), sine, cosine)
-                _keep_frame(frames, lane, _composed(frame, constant))
+                _keep_frame(frames, lane, composed(frame, constant))
 
 
 @njit(cache=True, _nrt=False, error_model="numpy", fastmath={"contract"})
