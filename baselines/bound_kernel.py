@@ -8,7 +8,7 @@ import numpy as np
 from numba import typeof
 from numpy.typing import NDArray
 
-FLOAT64 = np.dtype(np.float64)
+from robots.arguments import is_kernel_array
 
 
 class BoundKernel:
@@ -35,9 +35,4 @@ class BoundKernel:
 
 def is_plain(values: object, shape: tuple[int, ...]) -> TypeGuard[NDArray[np.float64]]:
     """Whether a value is an array of float64 in C order, aligned and writable, of a shape."""
-    return (
-        type(values) is np.ndarray
-        and values.shape == shape
-        and values.dtype is FLOAT64
-        and values.flags.carray
-    )
+    return is_kernel_array(values) and values.shape == shape

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import numbers
 import operator
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+FLOAT64 = np.dtype(np.float64)
 SHOWN = 60  # characters of a wrong value that a message repeats
 
 
@@ -29,8 +30,8 @@ def as_floats(values: ArrayLike, what: str, error: type[ValueError]) -> Array:
     Raises:
         ValueError: Of the type `error`, if they are not real numbers in a rectangle.
     """
-    if type(values) is np.ndarray and values.dtype == np.float64 and values.flags.carray:
-        return values  # as it should be: one query has microseconds for its checks
+    if is_kernel_array(values):
+        return values
     if getattr(values, "requires_grad", False):
         raise error(f"{what}: got a tensor that tracks gradients, which end here; pass .detach()")
     if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
@@ -54,7 +55,17 @@ def compiled_floats(array: ArrayLike) -> Array:
 
     To numba a read-only array is of another type, for which a caller would wait seconds.
     """
+    if is_kernel_array(array):
+        return array
     return np.require(array, np.float64, ["C_CONTIGUOUS", "ALIGNED", "WRITEABLE"])
+
+
+def is_kernel_array(values: object) -> TypeGuard[Array]:
+    """Whether a value is already an array of float64 in C order, aligned and writable.
+
+    Checked without a call of NumPy: one query has microseconds in all.
+    """
+    return type(values) is np.ndarray and values.dtype is FLOAT64 and values.flags.carray
 
 
 def _from_objects(array: NDArray[Any], what: str, error: type[ValueError]) -> Array:
