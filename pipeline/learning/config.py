@@ -12,6 +12,8 @@ from pipeline.checks import at_least, one_of, positive, positive_all, within
 from pipeline.learning.registry import kinds
 
 SIZES = {"position": 3, "pose": 7}
+BFLOAT16, BFLOAT16_BACKWARD = "bfloat16", "bfloat16_backward"
+PRECISIONS = ("float32", BFLOAT16_BACKWARD, BFLOAT16)
 
 
 @dataclass
@@ -96,6 +98,7 @@ class TrainConfig:
     negate_input: bool = MISSING
     device: str = MISSING
     precision: str = MISSING
+    float32_from: float = MISSING
     step: str = MISSING
     validations: int = MISSING
     checkpoint_s: float = MISSING
@@ -121,7 +124,8 @@ class TrainConfig:
         )
         one_of("train.step", self.step, ("auto", "eager", "captured"))
         one_of("train.device", self.device, ("auto", "cpu", "cuda"))
-        one_of("train.precision", self.precision, ("float32", "bfloat16_backward"))
+        one_of("train.precision", self.precision, PRECISIONS)
+        within("train.float32_from", self.float32_from, 0, 1)
         one_of("train.keep", self.keep, ("last", "best"))
         at_least("train.poses", self.poses, 0)
         one_of("train.variance_of", self.variance_of, ("mean", "each"))

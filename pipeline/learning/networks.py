@@ -30,9 +30,14 @@ class IkNetwork(nn.Module):
     Attributes:
         capturable: Whether every batch of one size goes through tensors of the same shapes and
             without a decision of the host, as a step that is captured as a CUDA graph needs.
+        roundable: Whether hidden layers can be `rounded`.
+        rounded: Whether they take bfloat16 factors and give bfloat16, see ``train.precision``. The
+            last layer and all that is scaled stay float32.
     """
 
     capturable: ClassVar[bool] = False
+    roundable: ClassVar[bool] = False
+    rounded: bool = False
     position_centre: Tensor
     position_scale: Tensor
     joint_centre: Tensor
@@ -52,7 +57,11 @@ class IkNetwork(nn.Module):
 
     def forward(self, poses: Tensor) -> Tensor:
         """Return joint values (N, K, dof) in rad or m for poses (N, 7), scalar first."""
-        output = self.normalised(self.scaled(poses), poses[:, 3:])
+        # A weight is used once a pass, so that a cache of rounded ones would only be filled.
+        with torch.autocast(
+            poses.device.type, torch.bfloat16, enabled=self.rounded, cache_enabled=False
+        ):
+            output = self.normalised(self.scaled(poses), poses[:, 3:]).to(poses.dtype)
         return self.joint_centre + self.joint_scale * output.unflatten(1, (self.heads, self.dof))
 
     def scaled(self, poses: Tensor) -> Tensor:
@@ -84,10 +93,13 @@ class GeluTanhLayers(nn.ModuleList):
 
     def forward(self, values: Tensor) -> Tensor:
         """Return what comes out (N, outputs) of values (N, inputs)."""
-        for index, layer in enumerate(self):
+        given = values.dtype
+        *hidden, last = self
+        for index, layer in enumerate(hidden):
             values = layer(values)
             values = gelu(values) if index < self.first_tanh else torch.tanh(values)
-        return values
+        with torch.autocast(values.device.type, enabled=False):  # two digits would be centimetres
+            return torch.tanh(last(values.to(given)))
 
 
 class ResidualBlocks(nn.ModuleList):

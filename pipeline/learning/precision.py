@@ -9,6 +9,9 @@ from functools import cache
 import torch
 from torch import Tensor, nn
 
+from pipeline.learning.config import BFLOAT16, TrainConfig
+from pipeline.learning.networks import IkNetwork
+
 # PyTorch's names. With "medium" it may round factors to bfloat16 before it multiplies.
 HIGHEST, MEDIUM = "highest", "medium"
 # Of a product, relative: float32 errs by some 1e-7, TensorFloat-32 by 3e-4, bfloat16 by 2e-3.
@@ -27,11 +30,12 @@ class MatmulPrecision:
 
     With ``bfloat16_backward`` the backward pass may be rounded. Weights, activations and gradients
     stay float32, and so does the forward pass, in which three lost digits would be millimetres.
+    While the learning rate is high, a network is further than that from what it will be: with
+    ``bfloat16`` its hidden layers are rounded forwards too, until the last part of the run.
 
     Args:
-        precision: ``float32`` or ``bfloat16_backward``, see ``train.precision``.
+        train: Its ``precision``, ``float32_from`` and ``batch_size``.
         network: Its parameters tell the shapes of the products.
-        batch: Poses in a batch.
         device: Where the network is.
 
     Attributes:
@@ -39,13 +43,31 @@ class MatmulPrecision:
         backward: The same of the backward pass.
     """
 
-    def __init__(
-        self, precision: str, network: nn.Module, batch: int, device: torch.device
-    ) -> None:
+    def __init__(self, train: TrainConfig, network: nn.Module, device: torch.device) -> None:
         shapes = frozenset(tuple(p.shape) for p in network.parameters() if p.ndim > 1)
-        spared = device.type == "cpu" and all(_is_exact(shape, batch) for shape in shapes)
+        spared = device.type == "cpu" and all(
+            _is_exact(shape, train.batch_size) for shape in shapes
+        )
         self.forward = MEDIUM if spared else HIGHEST
-        self.backward = MEDIUM if spared or precision == "bfloat16_backward" else HIGHEST
+        self.backward = MEDIUM if spared or train.precision != "float32" else HIGHEST
+        self._rounded_until = train.float32_from if train.precision == BFLOAT16 else 0.0
+
+    @contextmanager
+    def forward_pass(self, network: nn.Module, done: float) -> Iterator[None]:
+        """Compute a network's products as a step is to.
+
+        Args:
+            network: The network of the step.
+            done: Steps done so far as a share of the run.
+        """
+        if isinstance(network, IkNetwork):
+            network.rounded = done < self._rounded_until
+        try:
+            with matmul_precision(self.forward):
+                yield
+        finally:
+            if isinstance(network, IkNetwork):
+                network.rounded = False
 
 
 @contextmanager

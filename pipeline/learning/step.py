@@ -15,7 +15,7 @@ import torch
 from torch import Tensor, nn
 
 from pipeline.learning.checkpoint import Progress
-from pipeline.learning.config import TrainConfig
+from pipeline.learning.config import BFLOAT16, TrainConfig
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.objective import CapturableObjective, Objective
 from pipeline.learning.precision import MatmulPrecision, matmul_precision
@@ -123,8 +123,9 @@ class EagerStep:
         state = self.state
         for group in state.optimizer.param_groups:
             group["lr"] = rate
-        with matmul_precision(state.products.forward):
-            loss = state.objective.loss(poses, joints, progress.step, progress.step / total)
+        done = progress.step / total
+        with state.products.forward_pass(state.network, done):
+            loss = state.objective.loss(poses, joints, progress.step, done)
         state.optimizer.zero_grad(set_to_none=True)
         with matmul_precision(state.products.backward):
             loss.backward()
@@ -253,6 +254,7 @@ def is_captured(train: TrainConfig, network: nn.Module, device: torch.device) ->
         "a network of one shape for every batch (model=paper)": isinstance(network, IkNetwork)
         and network.capturable,
         "train.kinematics=auto or products": train.kinematics in ("auto", "products"),
+        "one train.precision for the whole run": train.precision != BFLOAT16,
     }
     missing = [name for name, met in hindrances.items() if not met]
     if train.step == "captured" and missing:

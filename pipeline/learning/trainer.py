@@ -18,7 +18,7 @@ from pipeline.learning import checkpoint
 from pipeline.learning.allocator import keep_freed_memory
 from pipeline.learning.batches import Batches
 from pipeline.learning.checkpoint import Progress, State
-from pipeline.learning.config import TrainConfig
+from pipeline.learning.config import BFLOAT16, TrainConfig
 from pipeline.learning.factory import make_objective
 from pipeline.learning.networks import IkNetwork
 from pipeline.learning.precision import MatmulPrecision, matmul_precision
@@ -69,15 +69,17 @@ class Trainer:
                 f"train.kinematics=compiled runs on the CPU, the training on {self.device}: "
                 "use auto, or train.device=cpu"
             )
+        if train.precision == BFLOAT16 and not getattr(network, "roundable", False):
+            raise TrainingError(
+                "train.precision=bfloat16 is for model=paper: use float32 or bfloat16_backward"
+            )
         self.network = network.to(self.device)
         self.train = train
         self.run = run
         self.best: State = {}
         self.objective = make_objective(robot, self.network, train, self.device, run.seed)
         keep_freed_memory()
-        self.products = MatmulPrecision(
-            train.precision, self.network, train.batch_size, self.device
-        )
+        self.products = MatmulPrecision(train, self.network, self.device)
         captured = is_captured(train, self.network, self.device)
         # With a weight decay of zero AdamW is Adam.
         self.optimizer = torch.optim.AdamW(

@@ -21,6 +21,7 @@ class CycleIkMlp(IkNetwork):
     """
 
     capturable: ClassVar[bool] = True
+    roundable: ClassVar[bool] = True
 
     def __init__(self, robot: Robot, model: ModelConfig) -> None:
         super().__init__(robot, heads=1)
