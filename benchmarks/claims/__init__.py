@@ -1,0 +1,1 @@
+"""Small experiments that decide claims of the paper, with rules written before their run."""

@@ -1,0 +1,44 @@
+"""Decide claims of the paper by small experiments.
+
+    python -m benchmarks.claims batches domain labels signs epochs [--networks results/paper/train]
+    python -m benchmarks.claims misses --rows results/quick/evaluate
+
+Each prints its rule, its rows and its verdict, and writes them to results/studies/claim_NAME.*;
+results/claims.yaml takes the verdicts from there. Seconds for the first two, one to twenty minutes
+of a core for the others.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import inspect
+import shlex
+import sys
+from pathlib import Path
+
+from benchmarks.studies import write_study
+
+EXPERIMENTS = ("batches", "domain", "labels", "signs", "epochs", "misses")
+
+
+def main() -> None:
+    """Run what is named."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("experiments", nargs="+", choices=EXPERIMENTS)
+    parser.add_argument("--networks", type=Path, help="results/paper/train with Table I's networks")
+    parser.add_argument("--rows", type=Path, help="results/<profile>/evaluate")
+    options = parser.parse_args()
+    for name in options.experiments:
+        module = importlib.import_module(f"benchmarks.claims.{name}")
+        wanted = inspect.signature(module.run).parameters
+        table, verdict = module.run(**{key: getattr(options, key) for key in wanted})
+        rule = " ".join((module.__doc__ or "").split())
+        text = f"{rule}\n\n{table.to_markdown(index=False, floatfmt='.4g')}\n\n{verdict}"
+        print(text, flush=True)
+        command = shlex.join(["python", "-m", "benchmarks.claims", *sys.argv[1:]])
+        write_study(module.NAME, table, text, command, module.SEEDS)
+
+
+if __name__ == "__main__":
+    main()
