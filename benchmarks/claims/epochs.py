@@ -84,9 +84,9 @@ def run() -> tuple[pd.DataFrame, str]:
         data = pose_sets(robot)
         best = {}
         for loss in ("smooth", "former"):
-            tried = [trained(robot, data, loss, 10, each, SEARCH_SEED) for each in draws()]
-            rows += [_row(name, "search", loss, 10, SEARCH_SEED, *p) for p in zip(draws(), tried)]
-            best[loss] = min(zip(tried, draws()), key=lambda pair: score(pair[0]))[1]
+            tried = [(each, trained(robot, data, loss, 10, each, SEARCH_SEED)) for each in draws()]
+            rows += [_row(name, "search", loss, 10, SEARCH_SEED, *each) for each in tried]
+            best[loss] = min(tried, key=lambda each: score(each[1]))[0]
         for loss, epochs in RUNS:
             for seed in range(3):
                 ended = trained(robot, data, loss, epochs, best[loss], seed)
@@ -113,9 +113,8 @@ def run() -> tuple[pd.DataFrame, str]:
 def _row(
     robot: str, part: str, loss: str, epochs: int, seed: int, drawn: list[str], ended: Fit
 ) -> dict[str, object]:
-    values = {
-        each.split("=")[0].removeprefix("train."): float(each.split("=")[1]) for each in drawn
-    }
+    pairs = (each.removeprefix("train.").split("=") for each in drawn)
+    values = {key: float(value) for key, value in pairs}
     return {
         "robot": robot,
         "part": part,

@@ -36,8 +36,8 @@ def run(rows: Path) -> tuple[pd.DataFrame, str]:
         f"the first claim {_verdict(all(each > 50 for each in near))}"
         if near
         else "No rows of the network",
-        f"without unanswered poses the standard deviation is {min(shares):.3f} to {max(shares):.3f} "
-        f"of that with them: the second claim {_verdict(all(s < IDLE_SHARE for s in shares))}"
+        f"without unanswered poses the standard deviation is {min(shares):.3f} to "
+        f"{max(shares):.3f} of that with them: the second claim {_verdict(all(s < IDLE_SHARE for s in shares))}"
         if shares
         else "no rows of TRAC-IK and BioIK",
     ]

@@ -65,13 +65,14 @@ def run() -> tuple[pd.DataFrame, str]:
     former = table[table.loss == "former"].pivot(index="robot", columns="signs")
     ratio = former["gradient_mean"]["both"] / former["gradient_mean"]["w >= 0"]
     holds = bool((ratio >= FACTOR).all())
+    error = former["rotation_deg"]
     errors = ", ".join(
-        f"{former['rotation_deg']['w >= 0'][name]:.1f} to {former['rotation_deg']['both'][name]:.1f}"
-        f" deg on {load_robot(name).title}"
+        f"{error['w >= 0'][name]:.1f} to {error['both'][name]:.1f} deg on {load_robot(name).title}"
         for name in ROBOTS
     )
+    verdict = "holds" if holds else "does not hold"
     return table, (
-        f"With both signs the former loss's gradient is {ratio.min():.2f} to {ratio.max():.2f} times "
-        f"as large on average, so the claim that it explodes {'holds' if holds else 'does not hold'} "
-        f"(asked: {FACTOR:g}); its rotation error goes from {errors}."
+        f"With both signs the former loss's gradient is {ratio.min():.2f} to {ratio.max():.2f} "
+        f"times as large on average: the claim that it explodes {verdict} (asked: {FACTOR:g}); "
+        f"its rotation error goes from {errors}."
     )
