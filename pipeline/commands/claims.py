@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from pathlib import Path
 
 from pipeline.config import compose
+from pipeline.data.files import write_text
 from pipeline.locations import need_checkout
 from pipeline.presentation.origin import Origin
 from pipeline.presentation.published import read_published
 from pipeline.presentation.table import Table
 from pipeline.provenance import signature
-from pipeline.reporting.claims import claims_table, every_claim, read_claims
+from pipeline.reporting.claims import VERDICTS, Claim, claims_table, every_claim, read_claims
 from pipeline.reporting.evidence import Evidence
-from pipeline.reporting.numbers import Setting, every_number, numbers_table
+from pipeline.reporting.numbers import Line, Setting, every_number, numbers_table
 from robots import load_robot
 
 COMMAND = "python -m pipeline claims --write FOLDER"
@@ -24,14 +26,24 @@ HELP = """\
 Prints every published number beside ours, and every claim of the paper with its verdict, from
 results/published_results.csv, results/claims.yaml and the tables below results/.
 """
+BLOCK = re.compile(r"(<!-- claims: [^>]*-->\n).*?(<!-- end of claims -->)", re.DOTALL)
 
 
 def claims(arguments: list[str]) -> int:
     """Print both tables; with a folder they are written there as CSV, Markdown and LaTeX too."""
     parser = argparse.ArgumentParser(prog="python -m pipeline claims", description=HELP)
     parser.add_argument("--write", metavar="FOLDER", type=Path, help="write both tables there too")
-    folder = parser.parse_args(arguments).write
-    for table in closing_tables(need_checkout("the table of claims") / "results"):
+    parser.add_argument("--readme", action="store_true", help="renew their short form in README.md")
+    options = parser.parse_args(arguments)
+    root, folder = need_checkout("the table of claims"), options.write
+    if options.readme:
+        path = root / "README.md"
+        text = path.read_text(encoding="utf-8")
+        short = in_short(*closing_rows(root / "results"))
+        write_text(path, BLOCK.sub(lambda match: f"{match[1]}{short}\n{match[2]}", text))
+        print(path)
+        return 0
+    for table in closing_tables(root / "results"):
         table.origin = Origin(COMMAND, **signature(NO_PROFILE), processor=NONE, seeds=NONE)
         print(table.to_markdown())
         for path in table.write(folder) if folder else ():
@@ -40,7 +52,13 @@ def claims(arguments: list[str]) -> int:
 
 
 def closing_tables(results: Path) -> tuple[Table, Table]:
-    """Make the tables of every published number and of every claim.
+    """Make the tables of every published number and of every claim, see `closing_rows`."""
+    numbers, claims = closing_rows(results)
+    return numbers_table(numbers), claims_table(claims)
+
+
+def closing_rows(results: Path) -> tuple[list[Line], list[Claim]]:
+    """Set ours beside every published number and give every claim its verdict.
 
     Args:
         results: Folder with `published_results.csv`, `claims.yaml` and the folders of tables.
@@ -50,7 +68,24 @@ def closing_tables(results: Path) -> tuple[Table, Table]:
     evidence = Evidence(results)
     settings = {robot: table_one(robot) for robot in published.robots("hyperparameters")}
     numbers = every_number(published, evidence, settings, reasons)
-    return numbers_table(numbers), claims_table(every_claim(entries, evidence))
+    return numbers, every_claim(entries, evidence)
+
+
+def in_short(numbers: list[Line], claims: list[Claim]) -> str:
+    """Return what README.md says of both tables: verdicts with the ids of their claims, counts."""
+    lines = ["| verdict | claims of the paper |", "| --- | --- |"]
+    for verdict in VERDICTS:
+        ids = [claim.id.replace("_", " ") for claim in claims if claim.verdict.verdict == verdict]
+        lines.append(f"| {verdict}: {len(ids)} | {', '.join(ids)} |")
+    ours = sum(number.measured is not None for number in numbers)
+    return "\n".join(
+        [
+            *lines,
+            "",
+            f"Of the {len(numbers)} numbers that the paper publishes, {ours} have one of ours beside "
+            "them, the others the reason why not.",
+        ]
+    )
 
 
 def table_one(robot: str) -> Setting:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from pipeline.commands.claims import closing_tables, table_one
+from pipeline.commands.claims import BLOCK, closing_rows, closing_tables, in_short, table_one
 from pipeline.errors import PipelineError
 from pipeline.presentation.published import Published, read_published
 from pipeline.reporting.claims import (
@@ -165,3 +165,9 @@ def test_numbers_stand_in_the_order_of_the_file() -> None:
     settings = {"nico": Setting({"batch_size": 300.0}, [1], 6)}
     (line,) = every_number(Published(rows), Evidence(RESULTS), settings, [])
     assert line.agrees and line.difference == 0 and line.why == ""
+
+
+def test_the_short_form_in_the_readme_is_that_of_the_tables_on_disk() -> None:
+    text = (RESULTS.parent / "README.md").read_text(encoding="utf-8")
+    (found,) = BLOCK.finditer(text)
+    assert in_short(*closing_rows(RESULTS)) in found[0], "python -m pipeline claims --readme"
