@@ -31,13 +31,14 @@ def run(rows: Path) -> tuple[pd.DataFrame, str]:
             spreads.append({"robot": robot, "solver": solver, **_spreads(pd.read_parquet(path))})
     near = [row["near_percent"] for row in misses]
     shares = [row["answered_sd_mm"] / row["all_sd_mm"] for row in spreads]
+    spread = _verdict(all(share < IDLE_SHARE for share in shares))
     sentences = [
         f"{min(near):.0f} to {max(near):.0f} % of the network's misses lie below twice the limits: "
         f"the first claim {_verdict(all(each > 50 for each in near))}"
         if near
         else "No rows of the network",
         f"without unanswered poses the standard deviation is {min(shares):.3f} to "
-        f"{max(shares):.3f} of that with them: the second claim {_verdict(all(s < IDLE_SHARE for s in shares))}"
+        f"{max(shares):.3f} of that with them: the second claim {spread}"
         if shares
         else "no rows of TRAC-IK and BioIK",
     ]

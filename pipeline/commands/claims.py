@@ -82,8 +82,8 @@ def in_short(numbers: list[Line], claims: list[Claim]) -> str:
         [
             *lines,
             "",
-            f"Of the {len(numbers)} numbers that the paper publishes, {ours} have one of ours beside "
-            "them, the others the reason why not.",
+            f"Of the {len(numbers)} numbers that the paper publishes, {ours} have one of ours "
+            "beside them, the others the reason why not.",
         ]
     )
 
