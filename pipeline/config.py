@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, fields, is_dataclass, make_dataclass
+from functools import cache, lru_cache
 from itertools import product
 from pathlib import Path
 from threading import Lock
-from typing import Any, cast
+from typing import Any, cast, get_type_hints
 
 import yaml
 from hydra import compose as hydra_compose
 from hydra import initialize_config_dir
+from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra._internal.defaults_list import DefaultsList
 from hydra.core.config_store import ConfigStore
 from hydra.core.global_hydra import GlobalHydra
@@ -22,7 +25,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Glob, Override
 from hydra.errors import HydraException
 from hydra.types import RunMode
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import MISSING, DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from baselines import SolverError, registry
@@ -233,17 +236,66 @@ def _parse(overrides: Sequence[str]) -> list[Override]:
 
 
 def _compose_raw(overrides: Sequence[str]) -> DictConfig:
+    """What Hydra composes: files by the choices of groups, once, and then the keys in a copy.
+
+    Hydra does the same in this order, but reads and merges some forty files every time.
+    """
+    groups, keys = _groups_and_keys(_parse(overrides))
+    raw = copy.deepcopy(_base(tuple(groups), _state()))
+    with _our_errors():
+        ConfigLoaderImpl._apply_overrides_to_config(keys, raw)
+    return raw
+
+
+@lru_cache(maxsize=64)
+def _base(groups: tuple[str, ...], state: tuple[object, ...]) -> DictConfig:
+    """The configuration with choices of groups only; never changed.
+
+    Args:
+        groups: Overrides that choose files.
+        state: Of the files below conf/, which may change while a process runs.
+    """
     with _hydra():
-        return hydra_compose(config_name=ROOT, overrides=list(overrides))
+        return hydra_compose(config_name=ROOT, overrides=list(groups))
+
+
+def _state() -> tuple[object, ...]:
+    """What changes when a file below conf/ does: folder, names, times and sizes."""
+    seen: list[object] = [CONF_DIR]
+    for path in (*sorted(CONF_DIR.rglob("*.yaml")), *sorted(registry.FOLDER.glob("*.yaml"))):
+        entry = path.stat()
+        seen.append((path, entry.st_mtime_ns, entry.st_size))
+    return tuple(seen)
+
+
+def _groups_and_keys(parsed: Sequence[Override]) -> tuple[list[str], list[Override]]:
+    """Split overrides into those that choose a file of a group and those of keys, as Hydra does."""
+    groups, keys = [], []
+    for override in parsed:
+        is_group = (CONF_DIR / override.key_or_group).is_dir()
+        if is_group and not isinstance(override.value(), dict):
+            groups.append(cast(str, override.input_line))
+        else:
+            keys.append(override)
+    return groups, keys
 
 
 @contextmanager
 def _hydra() -> Iterator[None]:
     """Hydra with conf/ and all solvers, for one thread at a time; its errors become ours."""
+    with (
+        _our_errors(),
+        COMPOSING,
+        initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"),
+    ):
+        ConfigStore.instance().store(EVERY, _solver_settings(), SOLVER)
+        yield
+
+
+@contextmanager
+def _our_errors() -> Iterator[None]:
     try:
-        with COMPOSING, initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
-            ConfigStore.instance().store(EVERY, _solver_settings(), SOLVER)
-            yield
+        yield
     except yaml.YAMLError as error:
         raise ConfigError(
             f"a file under conf/ is not YAML: {' '.join(str(error).split())}"
@@ -275,22 +327,13 @@ def _no_recipe(message: str) -> str:
     )
 
 
-@cache
-def _base(groups: tuple[str, ...]) -> DictConfig:
-    """The configuration with choices of groups only, to look keys up in; never changed."""
-    return _compose_raw(groups)
-
-
 def _check_names(parsed: Sequence[Override]) -> None:
     """Refuse unknown choices and keys before Hydra does, with the valid ones."""
-    groups: list[str] = []
-    keys: list[Override] = []
+    groups, keys = _groups_and_keys(parsed)
     for override in parsed:
-        key = override.key_or_group
+        key, value = override.key_or_group, override.value()
         if not (CONF_DIR / key).is_dir():
-            keys.append(override)
             continue
-        value = override.value()
         if key == SOLVER:
             raise ConfigError(
                 f"'{override.input_line}': a run has the settings of all solvers, as "
@@ -300,12 +343,11 @@ def _check_names(parsed: Sequence[Override]) -> None:
             continue
         if str(value) not in group_choices(key):
             raise ConfigError(unknown_name(key, str(value), group_choices(key)))
-        groups.append(cast(str, override.input_line))
     for override in keys:
         if override.is_delete():
             raise ConfigError(f"'{override.input_line}': keys cannot be removed, only set")
         adds = override.is_add() or override.is_force_add()
-        _check_key(_base(tuple(groups)), override.key_or_group, adds)
+        _check_key(_base(tuple(groups), _state()), override.key_or_group, adds)
 
 
 def _check_key(base: DictConfig, key: str, adds: bool) -> None:
@@ -325,22 +367,65 @@ def _check_key(base: DictConfig, key: str, adds: bool) -> None:
 def _to_dataclass(raw: DictConfig) -> Config:
     try:
         container = cast(dict[str, Any], OmegaConf.to_container(raw, resolve=True))
-        _check_solvers(container[SOLVER])
-        renamed = OmegaConf.create(_renamed(container, NAMES_IN_YAML))
-        schema = OmegaConf.structured(Config)
-        schema.model = OmegaConf.structured(config_class(renamed.model.kind))
-        merged = OmegaConf.merge(schema, renamed)
-        missing = sorted(OmegaConf.missing_keys(merged))
-        if missing:
+        solvers = container.pop(SOLVER)
+        _check_solvers(solvers)
+        values = _renamed(container, NAMES_IN_YAML)
+        classes = {**_group_classes(), "model": config_class(values["model"]["kind"])}
+        plain = {name: value for name, value in values.items() if name not in classes}
+        made, missing = {}, list[str]()
+        for name, group in classes.items():
+            made[name], lacks = _converted(group, name, pickle.dumps(values[name]))
+            missing += lacks
+        own, lacks = _converted(_plain_class(), "", pickle.dumps(plain))
+        if missing := sorted([*missing, *lacks]):
             raise ConfigError(f"no value for {', '.join(missing)}: set it, or choose a profile")
-        return cast(Config, OmegaConf.to_object(merged))
-    except OmegaConfBaseException as error:
-        key = getattr(error, "full_key", None) or ""
-        raise ConfigError(f"{key}: {_first_line(error)}" if key else _first_line(error)) from error
+        return Config(**vars(own), **copy.deepcopy(made), solver=solvers)
     except ConfigError:
         raise
-    except ValueError as error:
+    except (OmegaConfBaseException, ValueError) as error:
         raise ConfigError(_first_line(error)) from error
+
+
+@cache
+def _group_classes() -> dict[str, type]:
+    """Fields of the configuration that are groups, with their classes."""
+    hints = get_type_hints(Config).items()
+    return {name: cast(type, hint) for name, hint in hints if is_dataclass(hint)}
+
+
+@cache
+def _plain_class() -> type:
+    """A class of the other fields, but for those that OmegaConf has nothing to say of."""
+    hints = get_type_hints(Config)
+    names = [each.name for each in fields(Config) if each.name not in _group_classes()]
+    wanted = [name for name in names if name not in (SOLVER, "weights")]
+    return make_dataclass("Config", [(name, hints[name], MISSING) for name in wanted])
+
+
+@lru_cache(maxsize=512)
+def _converted(group: type, name: str, values: bytes) -> tuple[Any, tuple[str, ...]]:
+    """Convert a group to its dataclass, once for the same values: most runs share most groups.
+
+    Args:
+        group: The dataclass.
+        name: Of the group; empty for the root.
+        values: Pickled.
+
+    Returns:
+        The object, to be copied before it is changed, and the keys that lack a value.
+
+    Raises:
+        ConfigError: A key or a type that does not fit.
+    """
+    prefix = f"{name}." if name else ""
+    try:
+        merged = OmegaConf.unsafe_merge(OmegaConf.structured(group), pickle.loads(values))
+        missing = tuple(f"{prefix}{key}" for key in OmegaConf.missing_keys(merged))
+        return (None if missing else OmegaConf.to_object(merged)), missing
+    except OmegaConfBaseException as error:
+        key = getattr(error, "full_key", None) or ""
+        line = _first_line(error)
+        raise ConfigError(f"{prefix}{key}: {line}" if key else line) from error
 
 
 def _check_solvers(solvers: dict[str, dict[str, Any]]) -> None:
