@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import baselines
+from baselines import Budget
 from robots import Robot, UrdfError, load_robot
 from tests.small_arms import LIMIT, arm, save
 
@@ -64,7 +65,9 @@ def test_solvers_that_run_solve_and_the_others_say_why(tmp_path: Path) -> None:
             continue
         reason = baselines.skip(name, robot)
         if reason is None:
-            assert baselines.load(name, robot).solve(poses).found.all(), name
+            solver = baselines.load(name, robot)
+            ample = Budget(time_s=0.3) if "time_s" in solver.budgets else None
+            assert solver.solve(poses, budget=ample).found.all(), name
         else:
             assert "mimics" in reason or "not installed" in reason or "only" in reason, name
     assert baselines.skip("lm", robot) is None and baselines.skip("placo", robot) is not None
