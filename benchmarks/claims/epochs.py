@@ -28,6 +28,7 @@ from benchmarks.claims.fitting import (
 )
 from pipeline.learning.cycleik.objective import CycleObjective
 from pipeline.learning.networks import IkNetwork
+from pipeline.presentation.naming import robot_title
 from robots import Robot, load_robot
 
 NAME, SEEDS = (
@@ -101,7 +102,7 @@ def run() -> tuple[pd.DataFrame, str]:
         holds &= bool(new.score <= old.score)
         short = mean.loc[name, "former", 10]
         sentences.append(
-            f"{load_robot(name).title}: new at 10 epochs {new.position_mm:.1f} mm and "
+            f"{robot_title(name)}: new at 10 epochs {new.position_mm:.1f} mm and "
             f"{new.rotation_deg:.2f} deg, former at 10 {short.position_mm:.1f} mm and "
             f"{short.rotation_deg:.2f} deg, at 100 {old.position_mm:.1f} mm and "
             f"{old.rotation_deg:.2f} deg"

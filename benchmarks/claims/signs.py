@@ -16,6 +16,7 @@ from torch import Tensor
 from benchmarks.claims.fitting import CPU, Batch, fit, pose_sets, recipe, small_network
 from pipeline.learning.cycleik.objective import CycleObjective
 from pipeline.learning.networks import IkNetwork
+from pipeline.presentation.naming import robot_title
 from robots import load_robot
 
 NAME, SEEDS = "claim_signs", "of weights and order 0; of poses 0 and 1; of signs 7"
@@ -67,7 +68,7 @@ def run() -> tuple[pd.DataFrame, str]:
     holds = bool((ratio >= FACTOR).all())
     error = former["rotation_deg"]
     errors = ", ".join(
-        f"{error['w >= 0'][name]:.1f} to {error['both'][name]:.1f} deg on {load_robot(name).title}"
+        f"{error['w >= 0'][name]:.1f} to {error['both'][name]:.1f} deg on {robot_title(name)}"
         for name in ROBOTS
     )
     verdict = "holds" if holds else "does not hold"
