@@ -24,6 +24,7 @@ from pipeline.data.files import read_json, write_json
 from pipeline.engine.scheduler import Command
 from pipeline.errors import PipelineError
 from pipeline.stages.forecast import seconds_of_command
+from pipeline.stages.graph import STAGES
 
 DURATIONS = "durations.json"  # below the results: seconds of each task when it ran last
 
@@ -104,9 +105,9 @@ class DvcTasks:
         """Return what a task took here before, or else what rates say [s]."""
         if name in self._took:
             return float(self._took[name])
-        program = shlex.split(self._stages[name].cmd)
-        ours = program[1:3] == ["-m", "pipeline"]
-        return seconds_of_command(program[3], program[4:]) if ours else 0.0
+        _, *words = shlex.split(self._stages[name].cmd)
+        ours = words[:2] == ["-m", "pipeline"] and words[2] in STAGES
+        return seconds_of_command(words[2], words[3:]) if ours else 0.0
 
     def _record(self, name: str) -> None:
         stage = self._stages[name]

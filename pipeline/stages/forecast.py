@@ -72,15 +72,15 @@ def _units(stage: str, config: Config) -> tuple[str, float]:
     if stage == "dataset":
         return "", data.train + data.validation + data.test
     if stage == "tune":
-        return model, (tune.poses or data.train) * tune.epochs * tune.trials
+        return model, _of(tune.poses, data.train) * tune.epochs * tune.trials
     if stage == "train":
         if config.train.source == SHIPPED:
             return SHIPPED, 1
-        return model, (config.train.poses or data.train) * config.train.epochs
+        return model, _of(config.train.poses, data.train) * config.train.epochs
     if stage == "evaluate":
-        (solver,) = evaluate.solvers
+        solver = evaluate.solvers[0]
         fast = solver == "cycleik" and model != "paper"  # rates of the name are Table I's network's
-        return "" if fast else solver, evaluate.poses or data.test
+        return "" if fast else solver, _of(evaluate.poses, data.test) * len(evaluate.solvers)
     if stage == "plan":
         return "", config.plan.pairs * len(config.plan.solvers)
     if stage == "detector":
@@ -90,6 +90,11 @@ def _units(stage: str, config: Config) -> tuple[str, float]:
     if stage == "grasp":
         return config.agent.kind, config.grasp.trials
     return "", 1
+
+
+def _of(wanted: int, there_are: int) -> int:
+    """How many poses of a set are taken; 0 takes all."""
+    return min(wanted or there_are, there_are)
 
 
 def _rate(stage: str, what: str, robot: str) -> float | None:

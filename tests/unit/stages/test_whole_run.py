@@ -80,6 +80,12 @@ def test_the_forecast_of_the_quick_scale_is_near_what_was_measured(command: str)
     assert said == pytest.approx(MEASURED[command], rel=0.2)
 
 
+def test_no_more_poses_are_counted_than_there_are() -> None:
+    """A search of the smoke scale: 3 trials of the 2,000 poses, not of 500,000."""
+    said = seconds_of_command("tune", ["profile=smoke"])
+    assert said == pytest.approx(4 + 3 * 2000 * 2.0e-5)
+
+
 def test_robots_and_solvers_of_a_command_have_rates_of_their_own() -> None:
     many = ["profile=paper", "evaluate.solvers=[cycleik]"]
     said = [seconds_of_command("evaluate", [f"robot={name}", *many]) for name in ("nico", "nicol")]
