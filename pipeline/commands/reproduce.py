@@ -36,24 +36,11 @@ def reproduce(arguments: list[str]) -> int:
     results = folder / "results" / str(bench["profile"])
     with DvcTasks(folder, results) as tasks:
         scheduler = Scheduler(tasks, results, processes, cores=0)
-        bring_up_to_date(scheduler, [name for name in tasks.needs if name != CODE])
+        scheduler.run([CODE])  # says what code the others depend on
+        if not scheduler.failed:
+            others = [name for name in tasks.needs if name != CODE]
+            stale = scheduler.stale(others)
+            LOGGER.info("%s", scheduler.plan(others, stale))
+            scheduler.run(stale)
     scheduler.report()
     return FAILED if scheduler.failed else 0
-
-
-def bring_up_to_date(scheduler: Scheduler, names: list[str]) -> None:
-    """Run what is stale.
-
-    Args:
-        scheduler: Of DVC's stages.
-        names: Those stages but the one that says what code the others depend on, which comes first.
-    """
-    scheduler.run([CODE])
-    if scheduler.failed:
-        return
-    stale = scheduler.stale(names)
-    if not stale:
-        LOGGER.info("all %d tasks are up to date", len(names))
-        return
-    LOGGER.info("%s", scheduler.plan(names, stale))
-    scheduler.run(stale)

@@ -130,6 +130,8 @@ class Scheduler:
             stale: Those that will run.
             left_out: Those that will not, though they are not done.
         """
+        if not stale:
+            return f"all {len(names)} tasks are up to date"
         seconds = {name: self._tasks.seconds(name) for name in stale}
         whole = makespan(self._tasks.needs, stale, seconds, self.places)
         cores = "a core" if self._cores == 1 else f"{self._cores} cores"

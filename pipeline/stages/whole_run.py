@@ -71,11 +71,6 @@ class Unit:
             return False
         return bool(read_json(self.stamp).get("key") == self.key)
 
-    @property
-    def hours(self) -> float:
-        """What it is expected to take, in hours of one core."""
-        return self.seconds / SECONDS_PER_HOUR
-
     def sign(self, seconds: float) -> None:
         """Say that it is done, and how long it took."""
         signed = provenance.signature(self.config.profile)
@@ -172,8 +167,8 @@ def left_out(every: Sequence[Unit], most_hours: float) -> dict[str, str]:
         missing = [name for name in unit.needs if name in reasons]
         if unit.is_done or unit.step.name == REPORT:
             continue
-        if unit.hours > most_hours:
-            reasons[unit.name] = f"would take {unit.hours:,.0f} hours of one core"
+        if (hours := unit.seconds / SECONDS_PER_HOUR) > most_hours:
+            reasons[unit.name] = f"would take {hours:,.0f} hours of one core"
         elif missing:
             reasons[unit.name] = f"needs {missing[0]}, which is left out"
     return reasons
@@ -182,9 +177,9 @@ def left_out(every: Sequence[Unit], most_hours: float) -> dict[str, str]:
 def write_left_out(folder: Path, every: Sequence[Unit], reasons: Mapping[str, str]) -> None:
     """Write down what is not run, for the report."""
     rows: list[dict[str, Any]] = [
-        {"step": unit.step.name, **unit.axes, "hours": unit.hours, "why": reasons[unit.name]}
+        {"step": unit.step.name, **unit.axes, "hours": unit.seconds / SECONDS_PER_HOUR, "why": why}
         for unit in every
-        if unit.name in reasons
+        if (why := reasons.get(unit.name))
     ]
     signed = provenance.signature(every[0].config.profile)
     facts = {**signed, "seed": every[0].config.seed, **provenance.made_by()}

@@ -90,11 +90,14 @@ def reproduced(project: Path, status: int = 0) -> list[str]:
     return sorted({*json.loads(path.read_text())} - {CODE})
 
 
-def test_tasks_run_side_by_side_and_dvc_knows_of_them(project: Path) -> None:
+def test_tasks_run_side_by_side_and_dvc_knows_of_them(
+    project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert reproduced(project) == ["dataset@a", "dataset@b", "other", "plan"]
     assert Path("plan.txt").read_text() == "onexx"
     assert dvc("status", "dataset", "plan").strip() == "Data and pipelines are up to date."
     assert reproduced(project) == []
+    assert "all 4 tasks are up to date" in capsys.readouterr().err
 
 
 def test_an_edit_reruns_what_reads_it_and_the_run_cache_knows_the_rest(project: Path) -> None:
