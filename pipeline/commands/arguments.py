@@ -75,3 +75,14 @@ def command_parser(command: str, description: str, add_help: bool = True) -> Com
         allow_abbrev=False,
         add_help=add_help,
     )
+
+
+def count(key: str, text: str) -> int:
+    """Return the whole number from 1 that a key was given.
+
+    Raises:
+        PipelineError: It is none.
+    """
+    if not text.isdigit() or int(text) < 1:
+        raise PipelineError(f"{key} must be a whole number from 1, got {text!r}")
+    return int(text)

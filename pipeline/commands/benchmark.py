@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from pipeline.commands.arguments import command_parser
+from pipeline.commands.arguments import command_parser, count
 from pipeline.commands.run import chosen_profile
 from pipeline.config import bench_lists, compose
 from pipeline.engine.config import LOCAL, EngineConfig
@@ -82,15 +82,9 @@ def _lists(arguments: list[str]) -> tuple[dict[str, Any], list[str]]:
         if key in LISTS:
             own[key] = [name.strip() for name in value.strip("[]").split(",") if name.strip()]
         elif key == "processes":
-            own |= {key: _count(value), "given": True}
+            own |= {key: count(key, value), "given": True}
         elif key in ("robot", "evaluate.solvers"):
             raise PipelineError(f"benchmark takes robots=[...] and numerical=[...], got {argument}")
         else:
             overrides.append(argument)
     return own, overrides
-
-
-def _count(value: str) -> int:
-    if not value.isdigit() or int(value) < 1:
-        raise PipelineError(f"processes must be a whole number from 1, got {value!r}")
-    return int(value)

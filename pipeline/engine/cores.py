@@ -12,6 +12,9 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 POLL_S = 0.2  # between tries for a core that another task holds
+# Variable that says which cores whoever started this process holds for it: its tasks share those
+# among themselves, and would wait for ever for what is held on their behalf.
+HELD = "CYCLEIK_BENCH_CORES"
 
 
 def usable_cores() -> int:
@@ -32,17 +35,30 @@ def own_cores(count: int) -> Iterator[int]:
     Yields:
         The place of the first one, counted from 0, as `evaluate.first_core` has it.
     """
+    with ExitStack() as held:
+        while (first := take_cores(count, held)) is None:
+            time.sleep(POLL_S)
+        yield first
+
+
+def take_cores(count: int, held: ExitStack) -> int | None:
+    """Hold cores as `own_cores` does if so many are free, and return the place of the first one.
+
+    Args:
+        count: As there.
+        held: Receives the hold.
+    """
     usable = _usable()
-    folder = Path(tempfile.gettempdir()) / f"cycleik-bench-cores-{os.getuid()}"
+    name = f"cycleik-bench-cores-{os.getuid()}{os.environ.get(HELD, '')}"
+    folder = Path(tempfile.gettempdir()) / name
     folder.mkdir(exist_ok=True)
     width = min(count, len(usable))
-    while True:
-        for first in range(0, len(usable) - width + 1, width):
-            with ExitStack() as held:
-                if all(_hold(held, folder / str(core)) for core in usable[first : first + width]):
-                    yield first
-                    return
-        time.sleep(POLL_S)
+    for first in range(0, len(usable) - width + 1, width):
+        with ExitStack() as tried:
+            if all(_hold(tried, folder / f"{core}") for core in usable[first : first + width]):
+                held.enter_context(tried.pop_all())
+                return first
+    return None
 
 
 def _hold(held: ExitStack, path: Path) -> bool:

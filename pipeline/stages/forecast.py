@@ -1,19 +1,25 @@
-"""What a step of the graph will take: core hours by the rates that were measured and committed."""
+"""What a task is expected to take: core seconds by the rates that were measured and committed."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from pipeline.config import compose
 from pipeline.locations import results
+from pipeline.stages.shipped import SHIPPED
 
 if TYPE_CHECKING:
     from pipeline.settings import Config
 
 RATES = "rates.csv"  # below results/: core seconds a unit, where they were measured, by what
-SECONDS_PER_HOUR = 3600.0
+START = "start"  # row of what any command takes before its first unit
+ROBOT, SOLVERS = "robot", "evaluate.solvers"
+ASIDE = (ROBOT, SOLVERS, "evaluate.seeded_by", "evaluate.side_by_side")  # keys that change no size
 
 
 @cache
@@ -22,42 +28,80 @@ def rates() -> pd.DataFrame:
     return pd.read_csv(results() / RATES, keep_default_na=False)
 
 
-def core_hours(stage: str, config: Config) -> float:
-    """Return what one run of a stage is expected to take, in hours of one core.
+def core_seconds(stage: str, config: Config) -> float:
+    """Return what one run of a stage is expected to take, in seconds of one core.
 
     Args:
         stage: Name of the stage.
         config: Of the run.
     """
-    if stage == "tune":
-        tune = config.tune
-        poses = (tune.poses or config.dataset.train) * tune.epochs * tune.trials
-        return _hours("train", config.model.name, config.robot.name, poses)
     what, units = _units(stage, config)
-    return _hours(stage, what, config.robot.name, units)
+    robot = config.robot.name
+    rate = _rate(stage, what, robot)
+    if rate is None and stage == "tune":
+        rate = _rate("train", what, robot)
+    return (_rate(START, "", "") or 0.0) + (rate or 0.0) * units
+
+
+def seconds_of_command(stage: str, overrides: Sequence[str]) -> float:
+    """Return the same for a command.
+
+    Args:
+        stage: Name of the stage.
+        overrides: Its further words.
+    """
+    given = dict(item.split("=", 1) for item in overrides)
+    config = _sizes(tuple(item for item in overrides if item.split("=")[0] not in ASIDE))
+    robot = replace(config.robot, name=given.get(ROBOT, config.robot.name))
+    evaluate = config.evaluate
+    if SOLVERS in given:
+        evaluate = replace(evaluate, solvers=given[SOLVERS].strip("[]").split(","))
+    return core_seconds(stage, replace(config, robot=robot, evaluate=evaluate))
+
+
+@cache
+def _sizes(overrides: tuple[str, ...]) -> Config:
+    """Compose once for many tasks: it takes most of a second, and there are a hundred of them."""
+    return compose(overrides)
 
 
 def _units(stage: str, config: Config) -> tuple[str, float]:
     """What the rate depends on besides the robot, and how many units a run has."""
-    data, evaluate = config.dataset, config.evaluate
+    data, evaluate, model = config.dataset, config.evaluate, config.model.name
+    detector, tune = config.detector, config.tune
     if stage == "dataset":
         return "", data.train + data.validation + data.test
+    if stage == "tune":
+        return model, _of(tune.poses, data.train) * tune.epochs * tune.trials
     if stage == "train":
-        return config.model.name, (config.train.poses or data.train) * config.train.epochs
+        if config.train.source == SHIPPED:
+            return SHIPPED, 1
+        return model, _of(config.train.poses, data.train) * config.train.epochs
     if stage == "evaluate":
-        (solver,) = evaluate.solvers
-        slow = solver == "cycleik" and config.model.name == "paper"
-        return solver if slow else "", evaluate.poses or data.test
+        solver = evaluate.solvers[0]
+        fast = solver == "cycleik" and model != "paper"  # rates of the name are Table I's network's
+        return "" if fast else solver, _of(evaluate.poses, data.test) * len(evaluate.solvers)
     if stage == "plan":
         return "", config.plan.pairs * len(config.plan.solvers)
-    return "", config.grasp.trials if stage == "grasp" else 1
+    if stage == "detector":
+        if detector.source == SHIPPED:
+            return SHIPPED, detector.held_out_pictures
+        return "", detector.pictures * detector.epochs
+    if stage == "grasp":
+        return config.agent.kind, config.grasp.trials
+    return "", 1
 
 
-def _hours(stage: str, what: str, robot: str, units: float) -> float:
-    """Units at the most special rate there is: of what and robot, of what, of the stage."""
+def _of(wanted: int, there_are: int) -> int:
+    """How many poses of a set are taken; 0 takes all."""
+    return min(wanted or there_are, there_are)
+
+
+def _rate(stage: str, what: str, robot: str) -> float | None:
+    """The most special rate there is [s]: of what and robot, of what, of the stage."""
     mine = rates()[rates().stage == stage]
     for names in ((what, robot), (what, ""), ("", "")):
         found = mine[(mine.what == names[0]) & (mine.robot == names[1])]
         if len(found):
-            return float(found.core_seconds.iloc[0]) * units / SECONDS_PER_HOUR
-    return 0.0
+            return float(found.core_seconds.iloc[0])
+    return None

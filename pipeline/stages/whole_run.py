@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +13,10 @@ from pipeline import provenance
 from pipeline.closure import source_tree
 from pipeline.containers import to_dict
 from pipeline.data.files import read_json, write_json
+from pipeline.engine.scheduler import Command
 from pipeline.reporting.results import LEFT_OUT
 from pipeline.stages.code_files import roots
-from pipeline.stages.forecast import core_hours
+from pipeline.stages.forecast import core_seconds
 from pipeline.stages.graph import STAGES, Step, runs
 from pipeline.stages.parameters import read_groups
 
@@ -22,7 +24,8 @@ if TYPE_CHECKING:
     from pipeline.settings import Config
 
 STAMPS = "whole_run"  # folder below the results: a stamp for each unit that is done
-TO_DO, DONE, LEFT = "to do", "done", "left out"
+REPORT = "report"  # step that is run whatever is there, and whenever something may be new
+SECONDS_PER_HOUR = 3600.0
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,7 @@ class Unit:
         axes: Value of each of its axes.
         overrides: Of its command.
         config: That these compose to.
-        hours: What it is expected to take, in hours of one core.
+        seconds: What it is expected to take, of one core.
         key: Digest of what shapes its outputs: values, code, and the keys of what it reads.
         needs: Names of the units that it reads.
         outputs: Files and folders that it leaves.
@@ -44,7 +47,7 @@ class Unit:
     axes: Mapping[str, str]
     overrides: tuple[str, ...]
     config: Config
-    hours: float
+    seconds: float
     key: str
     needs: tuple[str, ...]
     outputs: tuple[Path, ...]
@@ -62,6 +65,8 @@ class Unit:
     @property
     def is_done(self) -> bool:
         """Whether it has run with these values and this code, and its outputs are there."""
+        if self.step.name == REPORT:
+            return False
         if not self.stamp.exists() or not all(path.exists() for path in self.outputs):
             return False
         return bool(read_json(self.stamp).get("key") == self.key)
@@ -73,6 +78,50 @@ class Unit:
         write_json(
             self.stamp, {"key": self.key, "seconds": seconds, "processor": machine, **signed}
         )
+
+
+class UnitTasks:
+    """Units as tasks that may run side by side.
+
+    Attributes:
+        needs: Names of the units that each unit reads.
+    """
+
+    def __init__(self, every: Sequence[Unit], side_by_side: int) -> None:
+        """Run nothing yet.
+
+        Args:
+            every: All units.
+            side_by_side: How many run at a time, for the record of those that are timed.
+        """
+        self._units = {unit.name: unit for unit in every}
+        self._beside = f"evaluate.side_by_side={side_by_side}"
+        self.needs: Mapping[str, frozenset[str]] = {
+            unit.name: frozenset(unit.needs) for unit in every
+        }
+
+    def is_stale(self, name: str) -> bool:
+        """Whether a unit is not done."""
+        return not self._units[name].is_done
+
+    def begin(self, name: str) -> bool:
+        """Prepare nothing: a stage takes up what it left itself."""
+        return True
+
+    def command(self, name: str) -> Command:
+        """Return the command of a unit."""
+        unit = self._units[name]
+        beside = [self._beside] if unit.step.stage == "evaluate" else []
+        stage = [sys.executable, "-m", "pipeline", unit.step.stage]
+        return Command([*stage, *unit.overrides, *beside])
+
+    def finish(self, name: str, seconds: float) -> None:
+        """Sign a unit."""
+        self._units[name].sign(seconds)
+
+    def seconds(self, name: str) -> float:
+        """Return what a unit takes by rates, which follow sizes as no record of a run does [s]."""
+        return self._units[name].seconds
 
 
 def name_of(step: str, axes: Mapping[str, str]) -> str:
@@ -100,8 +149,8 @@ def units(
         outputs = tuple(_output(output.path, axes, config) for output in step.outputs)
         unread = [found[name].key for name in needs]
         key = provenance.digest([_values(step, config), _code(step, axes, config), unread])
-        hours = core_hours(step.stage, config)
-        unit = Unit(step, axes, words, config, hours, key, needs, outputs)
+        seconds = core_seconds(step.stage, config)
+        unit = Unit(step, axes, words, config, seconds, key, needs, outputs)
         found[unit.name] = unit
     return list(found.values())
 
@@ -116,10 +165,10 @@ def left_out(every: Sequence[Unit], most_hours: float) -> dict[str, str]:
     reasons: dict[str, str] = {}
     for unit in every:
         missing = [name for name in unit.needs if name in reasons]
-        if unit.is_done or unit.step.name == "report":
+        if unit.is_done or unit.step.name == REPORT:
             continue
-        if unit.hours > most_hours:
-            reasons[unit.name] = f"would take {unit.hours:,.0f} hours of one core"
+        if (hours := unit.seconds / SECONDS_PER_HOUR) > most_hours:
+            reasons[unit.name] = f"would take {hours:,.0f} hours of one core"
         elif missing:
             reasons[unit.name] = f"needs {missing[0]}, which is left out"
     return reasons
@@ -128,9 +177,9 @@ def left_out(every: Sequence[Unit], most_hours: float) -> dict[str, str]:
 def write_left_out(folder: Path, every: Sequence[Unit], reasons: Mapping[str, str]) -> None:
     """Write down what is not run, for the report."""
     rows: list[dict[str, Any]] = [
-        {"step": unit.step.name, **unit.axes, "hours": unit.hours, "why": reasons[unit.name]}
+        {"step": unit.step.name, **unit.axes, "hours": unit.seconds / SECONDS_PER_HOUR, "why": why}
         for unit in every
-        if unit.name in reasons
+        if (why := reasons.get(unit.name))
     ]
     signed = provenance.signature(every[0].config.profile)
     facts = {**signed, "seed": every[0].config.seed, **provenance.made_by()}

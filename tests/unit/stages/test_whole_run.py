@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,10 @@ from pipeline.commands.paper import plan_text
 from pipeline.commands.run import split_lists, step_overrides
 from pipeline.config import compose
 from pipeline.data.files import read_json, write_json
+from pipeline.engine.scheduler import Scheduler
 from pipeline.reporting.results import LEFT_OUT
-from pipeline.stages.forecast import core_hours, rates
-from pipeline.stages.whole_run import Unit, left_out, units, write_left_out
+from pipeline.stages.forecast import core_seconds, rates, seconds_of_command
+from pipeline.stages.whole_run import Unit, UnitTasks, left_out, units, write_left_out
 
 
 def made(folder: Path, *more: str) -> list[Unit]:
@@ -43,15 +45,51 @@ def test_units_come_after_what_they_read(every: list[Unit]) -> None:
     assert {*named["report"].needs} == before - {"report"}
 
 
-def test_hours_by_hand() -> None:
-    """Ten epochs of a million poses at 1.70e-3 core seconds; 200 such trials of a search."""
+def test_seconds_by_hand() -> None:
+    """A start of 4 s, ten epochs of a million poses at 1.70e-3 s; 200 such trials of a search."""
     config = compose(["profile=paper", "robot=nicol"])
-    assert core_hours("train", config) == pytest.approx(1e7 * 1.70e-3 / 3600)
-    assert core_hours("tune", config) == pytest.approx(200 * 1e7 * 1.70e-3 / 3600)
+    assert core_seconds("train", config) == pytest.approx(4 + 1e7 * 1.70e-3)
+    assert core_seconds("tune", config) == pytest.approx(4 + 200 * 1e7 * 1.70e-3)
     one = replace(config.evaluate, solvers=["bio_ik"])
-    assert core_hours("evaluate", replace(config, evaluate=one)) == pytest.approx(
-        200_000 * 1.5e-3 / 3600
-    )
+    assert core_seconds("evaluate", replace(config, evaluate=one)) == pytest.approx(4 + 300)
+
+
+# What tasks took at the quick scale on one core [s], by the commands of dvc.yaml.
+MEASURED = {
+    "dataset": 12,
+    "tune model=compact tune=default": 150,
+    "train train.from=shipped model=compact": 8,
+    "train train.from=default model=compact": 250,
+    "train model=flow": 400,
+    "evaluate evaluate.solvers=[cycleik] model=compact": 12,
+    "evaluate evaluate.solvers=[flow] model=flow": 20,
+    "evaluate evaluate.solvers=[lm]": 14,
+    "evaluate evaluate.solvers=[lm] evaluate.seeded_by=cycleik model=compact": 10,
+    "plan model=compact": 48,
+    "detector detector.from=shipped": 60,
+    "detector detector.from=default": 550,
+    "grasp perception=perfect agent=none model=compact": 60,
+    "grasp perception=camera agent=policy model=compact": 120,
+}
+
+
+@pytest.mark.parametrize("command", MEASURED)
+def test_the_forecast_of_the_quick_scale_is_near_what_was_measured(command: str) -> None:
+    stage, *overrides = command.split()
+    said = seconds_of_command(stage, ["robot=nico", "profile=quick", *overrides])
+    assert said == pytest.approx(MEASURED[command], rel=0.2)
+
+
+def test_no_more_poses_are_counted_than_there_are() -> None:
+    """A search of the smoke scale: 3 trials of the 2,000 poses, not of 500,000."""
+    said = seconds_of_command("tune", ["profile=smoke"])
+    assert said == pytest.approx(4 + 3 * 2000 * 2.0e-5)
+
+
+def test_robots_and_solvers_of_a_command_have_rates_of_their_own() -> None:
+    many = ["profile=paper", "evaluate.solvers=[cycleik]"]
+    said = [seconds_of_command("evaluate", [f"robot={name}", *many]) for name in ("nico", "nicol")]
+    assert said == pytest.approx([4 + 200_000 * 3.2e-3, 4 + 200_000 * 7.9e-3])
 
 
 def test_every_rate_says_where_it_was_measured_and_by_what() -> None:
@@ -69,7 +107,10 @@ def test_a_task_that_takes_too_long_is_left_out_with_what_reads_it(
     write_left_out(tmp_path, every, short)
     rows = {row["step"]: row for row in read_json(tmp_path / LEFT_OUT)["left_out"]}
     assert rows["train"]["hours"] == pytest.approx(1.37, abs=0.01)
-    text = plan_text(every, short, 2)
+    scheduler = Scheduler(UnitTasks(every, 2), tmp_path, 2)
+    text = plan_text(every, {"dataset-nico"}, short, scheduler)
+    assert re.search(r"^train +1 +1 +0 +-$", text, re.MULTILINE)
+    assert re.search(r"^dataset +1 +0 +1 +14 s$", text, re.MULTILINE)
     assert "left out: tune-nico would take 273 hours" in text
     assert "rates of results/rates.csv" in text
 

@@ -3,33 +3,17 @@
 from __future__ import annotations
 
 import heapq
+import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 from functools import cache
 
 Needs = Mapping[str, frozenset[str]]
-
-
-@dataclass(frozen=True)
-class Estimates:
-    """What a task takes, by what it took before.
-
-    Attributes:
-        own: Seconds by the name of the task, measured on this machine.
-        given: Seconds of one task by the name of its step, as the project gives them.
-    """
-
-    own: Mapping[str, float]
-    given: Mapping[str, float]
-
-    def seconds(self, task: str) -> float:
-        """Return what a task takes [s], zero where nobody knows."""
-        return self.own.get(task, self.given.get(step_of(task), 0.0))
+Seconds = Mapping[str, float]
 
 
 def step_of(task: str) -> str:
-    """Name of the step of the graph that a task is of: ``plan`` of ``plan@nico``."""
-    return task.partition("@")[0]
+    """Name of the step of the graph that a task is of: ``plan`` of ``plan@nico``, ``plan-nico``."""
+    return re.split("[@-]", task)[0]
 
 
 def stale_tasks(needs: Needs, changed: Collection[str]) -> set[str]:
@@ -42,7 +26,7 @@ def stale_tasks(needs: Needs, changed: Collection[str]) -> set[str]:
     return {task for task in needs if is_stale(task)}
 
 
-def priorities(needs: Needs, estimates: Estimates) -> dict[str, float]:
+def priorities(needs: Needs, seconds: Seconds) -> dict[str, float]:
     """Return how long it takes from the begin of each task to the end of all that build on it [s].
 
     The task with the longest way to go comes first (Graham, "Bounds on multiprocessing timing
@@ -55,35 +39,41 @@ def priorities(needs: Needs, estimates: Estimates) -> dict[str, float]:
 
     @cache
     def longest(task: str) -> float:
-        return estimates.seconds(task) + max(map(longest, built_on[task]), default=0.0)
+        return seconds[task] + max(map(longest, built_on[task]), default=0.0)
 
     return {task: longest(task) for task in needs}
 
 
-def makespan(needs: Needs, tasks: Collection[str], estimates: Estimates, places: int) -> float:
+def makespan(needs: Needs, tasks: Collection[str], seconds: Seconds, places: int) -> float:
     """Return how long some tasks take [s], as many at a time as there are places.
 
     Args:
         needs: What each task builds on.
         tasks: That are to run; others are done.
-        estimates: What each takes.
+        seconds: What each takes.
         places: How many run side by side.
     """
-    order = priorities(needs, estimates)
-    left, done, now = set(tasks), set(needs) - set(tasks), 0.0
+    needs = among(needs, tasks)
+    order = priorities(needs, seconds)
+    left, done, now = set(tasks), set[str](), 0.0
     running: list[tuple[float, str]] = []
     while left or running:
         for task in ready(needs, left, done, order)[: places - len(running)]:
             left.remove(task)
-            heapq.heappush(running, (now + estimates.seconds(task), task))
+            heapq.heappush(running, (now + seconds[task], task))
         now, ended = heapq.heappop(running)
         done.add(ended)
     return now
+
+
+def among(needs: Needs, tasks: Collection[str]) -> Needs:
+    """Return what each of some tasks builds on among them, the others being done."""
+    return {task: needs[task] & {*tasks} for task in tasks}
 
 
 def ready(
     needs: Needs, left: Collection[str], done: Collection[str], order: Mapping[str, float]
 ) -> list[str]:
     """Return the tasks whose inputs are there, the one with the longest way to go first."""
-    able = [task for task in left if needs[task] <= set(done)]
+    able = [task for task in left if needs[task] <= {*done}]
     return sorted(able, key=lambda task: (-order[task], task))
