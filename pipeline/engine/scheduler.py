@@ -242,18 +242,19 @@ class Scheduler:
             work.done.add(name)
             self.took[name] = seconds, used.ru_utime + used.ru_stime
         LOGGER.info(
-            "%d of %d: %s %s in %.0f s; about %s left",
+            "%d of %d: %s %s in %.0f s%s",
             len(work.needs) - len(work.left) - len(work.running), len(work.needs), name,
-            "failed" if why else "done", seconds, duration(self._remaining(work)),
+            "failed" if why else "done", seconds, self._remaining(work),
         )  # fmt: skip
 
-    def _remaining(self, work: _Work) -> float:
-        """What tasks will take that run or wait and can succeed [s]."""
+    def _remaining(self, work: _Work) -> str:
+        """Say what tasks will take that run or wait and can succeed; nothing where none is left."""
         gone = {each.name: time.monotonic() - each.began for each in work.running}
         bad = {name for name in work.needs if name in self.failed}
         able = {*work.left, *gone} - stale_tasks(work.needs, bad)
         seconds = {n: max(work.seconds[n] - gone.get(n, 0.0), 0.0) for n in able}
-        return makespan(work.needs, able, seconds, self.places)
+        left = duration(makespan(work.needs, able, seconds, self.places))
+        return f"; about {left} left" if able else ""
 
     def _say_waiting(self, work: _Work) -> None:
         if not work.running and not self._waits:
