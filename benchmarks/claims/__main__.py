@@ -1,7 +1,7 @@
 """Decide claims of the paper by small experiments.
 
     python -m benchmarks.claims batches domain labels signs epochs [--networks results/paper/train]
-    python -m benchmarks.claims misses --rows results/quick/evaluate
+    python -m benchmarks.claims misses --rows results/quick/evaluate results/paper/evaluate
 
 Each prints its rule, its rows and its verdict, and writes them to results/studies/claim_NAME.*;
 results/claims.yaml takes the verdicts from there. Seconds for the first two, one to twenty minutes
@@ -27,7 +27,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("experiments", nargs="+", choices=EXPERIMENTS)
     parser.add_argument("--networks", type=Path, help="results/paper/train with Table I's networks")
-    parser.add_argument("--rows", type=Path, help="results/<profile>/evaluate")
+    parser.add_argument("--rows", nargs="+", type=Path, help="folders results/<profile>/evaluate")
     options = parser.parse_args()
     for name in options.experiments:
         module = importlib.import_module(f"benchmarks.claims.{name}")

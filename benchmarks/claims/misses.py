@@ -20,15 +20,16 @@ IDLE_SHARE = 0.2
 NUMERICAL = ("trac_ik", "bio_ik")
 
 
-def run(rows: Path) -> tuple[pd.DataFrame, str]:
+def run(rows: list[Path]) -> tuple[pd.DataFrame, str]:
     """Read the rows of results/<profile>/evaluate; rows of both claims and their verdicts."""
     misses, spreads = [], []
-    for path in sorted(rows.glob("*/*.parquet")):
-        robot, solver = path.parent.name, path.stem
+    for path in sorted(each for folder in rows for each in folder.glob("*/*.parquet")):
+        profile, robot, solver = path.parts[-4], path.parent.name, path.stem
+        names = {"profile": profile, "robot": robot, "solver": solver}
         if solver == "cycleik":
-            misses.append({"robot": robot, "solver": solver, **_misses(pd.read_parquet(path))})
+            misses.append({**names, **_misses(pd.read_parquet(path))})
         elif solver in NUMERICAL:
-            spreads.append({"robot": robot, "solver": solver, **_spreads(pd.read_parquet(path))})
+            spreads.append({**names, **_spreads(pd.read_parquet(path))})
     near = [row["near_percent"] for row in misses]
     shares = [row["answered_sd_mm"] / row["all_sd_mm"] for row in spreads]
     spread = _verdict(all(share < IDLE_SHARE for share in shares))
@@ -37,8 +38,8 @@ def run(rows: Path) -> tuple[pd.DataFrame, str]:
         f"the first claim {_verdict(all(each > 50 for each in near))}"
         if near
         else "No rows of the network",
-        f"without unanswered poses the standard deviation is {min(shares):.3f} to "
-        f"{max(shares):.3f} of that with them: the second claim {spread}"
+        f"without unanswered poses the standard deviation is {min(shares):.1g} to "
+        f"{max(shares):.1g} of that with them: the second claim {spread}"
         if shares
         else "no rows of TRAC-IK and BioIK",
     ]
