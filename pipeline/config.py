@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import copy
-import pickle
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, is_dataclass, make_dataclass
-from functools import cache, lru_cache
+from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 from pathlib import Path
 from threading import Lock
-from typing import Any, cast, get_type_hints
+from typing import Any, cast
 
 import yaml
 from hydra import compose as hydra_compose
@@ -25,14 +24,21 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Glob, Override
 from hydra.errors import HydraException
 from hydra.types import RunMode
-from omegaconf import MISSING, DictConfig, OmegaConf
+from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from baselines import SolverError, registry
 from pipeline.containers import to_dict
+from pipeline.conversion import (
+    NAMES_IN_YAML,
+    SOLVER,
+    first_line,
+    renamed,
+    solver_settings,
+    to_dataclass,
+)
 from pipeline.data.files import Document, read_yaml
 from pipeline.errors import ConfigError
-from pipeline.learning.registry import config_class
 from pipeline.locations import CONF_DIR
 from pipeline.settings import Config
 from robots.locations import home
@@ -41,8 +47,7 @@ from robots.suggestions import unknown_name
 ROOT = "config"  # conf/config.yaml, where composition starts
 PASSWORD_OF_USER = re.compile(r"(://[^:/@\s]*:)\S*@")
 PASSWORD_OF_QUERY = re.compile(r"([?&]password=)[^&\s]*")
-NAMES_IN_YAML = {"from": "source"}  # train.from, detector.from: no Python keyword names a field
-SOLVER, EVERY = "solver", "every"  # the one group of which a run has every file, not one
+EVERY = "every"  # name of the one group of which a run has every file, not one: that of the solvers
 OWNERS = ("profile", "experiment")  # groups that own keys of others, and explain what they set
 
 _WORD = re.compile(r"[\w.-]+")
@@ -75,7 +80,7 @@ def compose(overrides: Sequence[str] = ()) -> Config:
     typed = any(override.key_or_group == "results_dir" for override in parsed)
     if Path(raw.results_dir) != Path():
         raw.results_dir = str((Path.cwd() if typed else home()) / raw.results_dir)
-    return _to_dataclass(raw)
+    return to_dataclass(raw)
 
 
 def sweep(overrides: Sequence[str]) -> list[list[str]]:
@@ -213,8 +218,8 @@ def group_choices(group: str) -> list[str]:
 
 def to_yaml(config: Config) -> str:
     """Return the configuration as YAML, keys in the order of the schema, without passwords."""
-    renamed = _renamed(to_dict(config), {v: k for k, v in NAMES_IN_YAML.items()})
-    return without_passwords(OmegaConf.to_yaml(renamed))
+    in_yaml = renamed(to_dict(config), {v: k for k, v in NAMES_IN_YAML.items()})
+    return without_passwords(OmegaConf.to_yaml(in_yaml))
 
 
 def without_passwords(text: str) -> str:
@@ -231,7 +236,7 @@ def _parse(overrides: Sequence[str]) -> list[Override]:
         return OverridesParser.create().parse_overrides(list(overrides))
     except HydraException as error:
         raise ConfigError(
-            f"an override must read key=value, for example train.epochs=3 ({_first_line(error)})"
+            f"an override must read key=value, for example train.epochs=3 ({first_line(error)})"
         ) from error
 
 
@@ -288,7 +293,7 @@ def _hydra() -> Iterator[None]:
         COMPOSING,
         initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"),
     ):
-        ConfigStore.instance().store(EVERY, _solver_settings(), SOLVER)
+        ConfigStore.instance().store(EVERY, solver_settings(), SOLVER)
         yield
 
 
@@ -301,18 +306,9 @@ def _our_errors() -> Iterator[None]:
             f"a file under conf/ is not YAML: {' '.join(str(error).split())}"
         ) from error
     except (HydraException, OmegaConfBaseException) as error:
-        raise ConfigError(_no_recipe(str(error)) or _first_line(error)) from error
+        raise ConfigError(_no_recipe(str(error)) or first_line(error)) from error
     except SolverError as error:
         raise ConfigError(str(error)) from error
-
-
-def _solver_settings() -> dict[str, dict[str, Any]]:
-    """The settings of each solver as its file has them, without the class that they are for."""
-    every = {name: registry.file_settings(name) for name in registry.names()}
-    return {
-        name: {key: value for key, value in values.items() if key != registry.TARGET}
-        for name, values in every.items()
-    }
 
 
 def _no_recipe(message: str) -> str:
@@ -362,97 +358,3 @@ def _check_key(base: DictConfig, key: str, adds: bool) -> None:
             raise ConfigError(f"{key}: " + unknown_name(where, part, [str(name) for name in keys]))
         walked.append(part)
         node = node._get_node(part) if OmegaConf.is_missing(node, part) else node[part]
-
-
-def _to_dataclass(raw: DictConfig) -> Config:
-    try:
-        container = cast(dict[str, Any], OmegaConf.to_container(raw, resolve=True))
-        solvers = container.pop(SOLVER)
-        _check_solvers(solvers)
-        values = _renamed(container, NAMES_IN_YAML)
-        classes = {**_group_classes(), "model": config_class(values["model"]["kind"])}
-        plain = {name: value for name, value in values.items() if name not in classes}
-        made, missing = {}, list[str]()
-        for name, group in classes.items():
-            made[name], lacks = _converted(group, name, pickle.dumps(values[name]))
-            missing += lacks
-        own, lacks = _converted(_plain_class(), "", pickle.dumps(plain))
-        if missing := sorted([*missing, *lacks]):
-            raise ConfigError(f"no value for {', '.join(missing)}: set it, or choose a profile")
-        return Config(**vars(own), **copy.deepcopy(made), solver=solvers)
-    except ConfigError:
-        raise
-    except (OmegaConfBaseException, ValueError) as error:
-        raise ConfigError(_first_line(error)) from error
-
-
-@cache
-def _group_classes() -> dict[str, type]:
-    """Fields of the configuration that are groups, with their classes."""
-    hints = get_type_hints(Config).items()
-    return {name: cast(type, hint) for name, hint in hints if is_dataclass(hint)}
-
-
-@cache
-def _plain_class() -> type:
-    """A class of the other fields, but for those that OmegaConf has nothing to say of."""
-    hints = get_type_hints(Config)
-    names = [each.name for each in fields(Config) if each.name not in _group_classes()]
-    wanted = [name for name in names if name not in (SOLVER, "weights")]
-    return make_dataclass("Config", [(name, hints[name], MISSING) for name in wanted])
-
-
-@lru_cache(maxsize=512)
-def _converted(group: type, name: str, values: bytes) -> tuple[Any, tuple[str, ...]]:
-    """Convert a group to its dataclass, once for the same values: most runs share most groups.
-
-    Args:
-        group: The dataclass.
-        name: Of the group; empty for the root.
-        values: Pickled.
-
-    Returns:
-        The object, to be copied before it is changed, and the keys that lack a value.
-
-    Raises:
-        ConfigError: A key or a type that does not fit.
-    """
-    prefix = f"{name}." if name else ""
-    try:
-        merged = OmegaConf.unsafe_merge(OmegaConf.structured(group), pickle.loads(values))
-        missing = tuple(f"{prefix}{key}" for key in OmegaConf.missing_keys(merged))
-        return (None if missing else OmegaConf.to_object(merged)), missing
-    except OmegaConfBaseException as error:
-        key = getattr(error, "full_key", None) or ""
-        line = _first_line(error)
-        raise ConfigError(f"{prefix}{key}: {line}" if key else line) from error
-
-
-def _check_solvers(solvers: dict[str, dict[str, Any]]) -> None:
-    """Refuse a setting that differs from the solver's file and is of another type.
-
-    Raises:
-        ConfigError: There is one.
-    """
-    for name, own in _solver_settings().items():
-        for key, value in solvers[name].items():
-            if value != own[key] or type(value) is not type(own[key]):
-                try:
-                    registry.check_setting(name, key, value)
-                except SolverError as error:
-                    raise ConfigError(f"{SOLVER}.{name}.{key}: {error}") from error
-
-
-def _renamed(container: dict[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
-    """The configuration with keys of train and detector under other names."""
-    groups = {
-        group: {names.get(key, key): value for key, value in container[group].items()}
-        for group in ("train", "detector")
-    }
-    return {**container, **groups}
-
-
-def _first_line(error: BaseException) -> str:
-    """The sentence of a Hydra or OmegaConf message, without its context lines."""
-    line = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-    return re.sub(r"\s+", " ", line).rstrip(".")
