@@ -147,6 +147,8 @@ def network_of(solver: Solver) -> str:
     clip = train.get("gradient_clip")
     kept = "without clipping" if clip is None else f"clipped at {clip:g}"
     recipe = f"{train['loss']} losses, {train.get('warm_up_steps', 0)} steps of warm-up, {kept}"
+    if train.get("precision", "float32") != "float32":
+        recipe += f", {train['precision'].replace('_', ' ')}"
     return f"{NETWORKS.get(name, name)} ({recipe})"
 
 

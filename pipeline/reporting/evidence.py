@@ -44,31 +44,31 @@ class Evidence:
     """
 
     root: Path
-    folders: Sequence[str] = ("paper/tables", "studies")
+    folders: Sequence[str] = ("paper/table_one", "paper/tables", "studies")
     _read: dict[str, pd.DataFrame] = field(default_factory=dict, repr=False)
 
-    def line(self, table: str, **named: str) -> tuple[pd.Series, str] | None:
+    def line(self, table: str, column: str, **named: str) -> tuple[pd.Series, str] | None:
         """Return the line of a table with these cells and the file it stands in, None without one.
 
         Args:
             table: Name of the table, such as ``table2_numerical_comparison``.
+            column: That the line must have a value in; a table in another folder may have it.
             **named: Cells by column that tell the line from the others.
         """
         for folder in self.folders:
             name = f"{folder}/{table}.csv"
             rows = self._table(name)
-            if not set(named) <= set(rows.columns):
+            if not {column, *named} <= set(rows.columns):
                 continue
-            found = rows[(rows[list(named)] == pd.Series(named)).all(axis=1)]
+            found = rows[(rows[list(named)] == pd.Series(named)).all(axis=1) & rows[column].notna()]
             if len(found):
                 return found.iloc[0], name
         return None
 
     def number(self, table: str, column: str, **named: str) -> Measured | None:
         """Return one cell of a table as a number, None where it is not there or empty."""
-        found = self.line(table, **named)
-        value = math.nan if found is None else float(found[0].get(column, math.nan))
-        return None if found is None or math.isnan(value) else Measured(value, found[1])
+        found = self.line(table, column, **named)
+        return None if found is None else Measured(float(found[0][column]), found[1])
 
     def precision(self, robot: str, solver: str, metric: str) -> Measured | None:
         """Return a number of Table II with its interval, where its kind has one.
@@ -82,8 +82,8 @@ class Evidence:
             metric: Of the published numbers.
         """
         named = {"robot": robot_title(robot), "solver": solver_title(solver)}
-        found = self.line("table2_numerical_comparison", **named)
-        if found is None or pd.isna(found[0][metric]):
+        found = self.line("table2_numerical_comparison", metric, **named)
+        if found is None:
             return None
         line, rows = found
         value, poses = float(line[metric]), int(line["poses"])
@@ -99,7 +99,7 @@ class Evidence:
     def outcome(self, robot: str, title: str) -> Measured | None:
         """Return the share of a class of grasp outcomes [%] with its interval."""
         named = {"robot": robot_title(robot), "setting": CAMERA_AND_AGENT, "outcome": title}
-        found = self.line("figure5_human_in_the_loop", **named)
+        found = self.line("figure5_human_in_the_loop", "share", **named)
         if found is None:
             return None
         low, value, high = (100 * float(found[0][f"share{end}"]) for end in ("_low", "", "_high"))
