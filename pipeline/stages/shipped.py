@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.config import compose
 from pipeline.containers import to_dict
 from pipeline.learning.card import CARD, read_card, shipped_weights
+from pipeline.learning.config import TrainConfig
 
 if TYPE_CHECKING:
     from pipeline.settings import Config
 
+# What of a recipe decides which network comes of it besides how long; the rest says how it is run.
+ASIDE = {"epochs", "source", "device", "kinematics", "step", "validations", "checkpoint_s"}
+SHAPING = sorted({field.name for field in fields(TrainConfig)} - ASIDE)
 SHIPPED = "shipped"  # value of train.from and detector.from, and key of the cards of such networks
 
 
 def shipped_network(config: Config) -> Path | None:
     """Return the folder of the project's weights where they are what a run would train.
 
-    That is a network of the run's model, with nothing of its training overridden; else None.
+    That is a network of the run's model, with nothing of its training overridden, neither on the
+    command line nor by an edit of conf/, and trained at least as long; else None.
     """
     folder = shipped_weights(config.robot.name)
     if not (folder / CARD).exists():
@@ -29,8 +35,11 @@ def shipped_network(config: Config) -> Path | None:
     for values in (plain, wanted):
         values["train"]["source"] = None
     unchanged = all(wanted[key] == plain[key] for key in ("seed", "train", "model"))
-    card = read_card(folder)
-    return folder if unchanged and agree(card["config"]["model"], wanted["model"]) else None
+    card = read_card(folder)["config"]
+    recipe = {key: wanted["train"][key] for key in SHAPING if key in card["train"]}
+    same = agree(card["model"], wanted["model"]) and agree(card["train"], recipe)
+    long_enough = card["train"]["epochs"] >= wanted["train"]["epochs"]
+    return folder if unchanged and same and long_enough else None
 
 
 def shipped_eyes(config: Config) -> Path | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pandas as pd
@@ -12,6 +13,7 @@ from pipeline.data.files import read_json
 from pipeline.errors import MissingArtifactError
 from pipeline.learning.card import shipped_weights
 from pipeline.learning.weights import load_network
+from pipeline.locations import CONF_DIR
 from pipeline.perception.weights import shipped_detector
 from pipeline.settings import Config
 from pipeline.stages import inputs, running
@@ -45,6 +47,33 @@ def test_whoever_changes_training_gets_one(
 ) -> None:
     config = compose(["robot=nico", f"results_dir={tmp_path}", override])
     assert running.weights_of("cycleik", config) == tmp_path / "train" / "nico" / config.model.name
+    assert trained == ["train nico"]
+
+
+@pytest.mark.parametrize(
+    ("edited", "line", "put"),
+    [
+        ("train/compact.yaml", "learning_rate:", "learning_rate: 0.001"),
+        ("train/common/run.yaml", "position_beta:", "position_beta: 0.002"),
+        ("profile/quick.yaml", "  epochs:", "  epochs: 1000"),
+    ],
+)
+def test_an_edit_of_the_recipe_is_trained(
+    tmp_path: Path,
+    trained: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    edited: str,
+    line: str,
+    put: str,
+) -> None:
+    shutil.copytree(CONF_DIR, tmp_path / "conf")
+    path = tmp_path / "conf" / edited
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert sum(each.startswith(line) for each in lines) >= 1
+    path.write_text("\n".join(put if each.startswith(line) else each for each in lines), "utf-8")
+    monkeypatch.setattr("pipeline.config.CONF_DIR", tmp_path / "conf")
+    config = compose(["robot=nico", f"results_dir={tmp_path}"])
+    assert running.weights_of("cycleik", config) == tmp_path / "train" / "nico" / "compact"
     assert trained == ["train nico"]
 
 
