@@ -10,6 +10,7 @@ from pipeline.config import compose
 from pipeline.containers import to_dict
 from pipeline.learning.card import CARD, read_card, shipped_weights
 from pipeline.learning.config import TrainConfig
+from pipeline.perception.config import DetectorConfig
 
 if TYPE_CHECKING:
     from pipeline.settings import Config
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 # What of a recipe decides which network comes of it besides how long; the rest says how it is run.
 ASIDE = {"epochs", "source", "device", "kinematics", "step", "validations", "checkpoint_s"}
 SHAPING = sorted({field.name for field in fields(TrainConfig)} - ASIDE)
+ASIDE_EYES = {"pictures", "epochs", "source", "held_out_pictures", "held_out", "chunk"}
+ASIDE_EYES |= {"checkpoint_epochs", "match_overlap", "figure_pictures"}
+SHAPING_EYES = sorted({field.name for field in fields(DetectorConfig)} - ASIDE_EYES)
 SHIPPED = "shipped"  # value of train.from and detector.from, and key of the cards of such networks
 
 
@@ -43,7 +47,10 @@ def shipped_network(config: Config) -> Path | None:
 
 
 def shipped_eyes(config: Config) -> Path | None:
-    """Return the folder of the project's detector where it is of a run's objects and network."""
+    """Return the folder of the project's detector where it is what a run would train.
+
+    That is one of its objects, network and recipe, trained at least as long; else None.
+    """
     from pipeline.grasping.trial import required_scene  # PyBullet and torch, for detectors only
     from pipeline.perception.weights import shipped_detector
 
@@ -52,8 +59,10 @@ def shipped_eyes(config: Config) -> Path | None:
         return None
     card = read_card(folder)
     names = list(required_scene(config.grasp, config.robot.name).objects)
-    same_network = agree(card["config"]["detector"]["network"], to_dict(config.detector.network))
-    return folder if same_network and sorted(card["names"]) == sorted(names) else None
+    trained, wanted = card["config"]["detector"], to_dict(config.detector)
+    same = agree(trained, {key: wanted[key] for key in SHAPING_EYES})
+    long_enough = all(trained[key] >= wanted[key] for key in ("pictures", "epochs"))
+    return folder if same and long_enough and sorted(card["names"]) == sorted(names) else None
 
 
 def agree(theirs: dict[str, Any], ours: dict[str, Any]) -> bool:

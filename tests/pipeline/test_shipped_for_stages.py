@@ -125,9 +125,11 @@ def test_no_shipped_network_stands_in_for_another_training(override: str) -> Non
     assert shipped_network(compose(["robot=panda", "train.from=shipped", override])) is None
 
 
-def test_a_shipped_detector_is_of_these_objects_and_this_network() -> None:
-    assert shipped_eyes(compose(["robot=nico"])) == shipped_detector("nico")
-    assert shipped_eyes(compose(["robot=nico", "detector.network.width=160"])) is None
+def test_a_shipped_detector_is_of_these_objects_this_network_and_this_recipe() -> None:
+    for plain in ([], ["profile=smoke"], ["detector.held_out_pictures=7"]):
+        assert shipped_eyes(compose(["robot=nico", *plain])) == shipped_detector("nico")
+    for changed in ("network.width=160", "learning_rate=1.0e-3", "epochs=99", "augment.blur=0.1"):
+        assert shipped_eyes(compose(["robot=nico", f"detector.{changed}"])) is None, changed
     assert shipped_eyes(compose(["robot=panda"])) is None
     fewer = "grasp.scenes.nico.objects=[tomato]"
     assert shipped_eyes(compose(["robot=nico", fewer])) is None
