@@ -76,7 +76,7 @@ def compose(overrides: Sequence[str] = ()) -> Config:
                 "or write a list in brackets: key=[a,b]"
             )
     _check_names(parsed)
-    raw = _compose_raw(overrides)
+    raw = _compose_raw(parsed)
     typed = any(override.key_or_group == "results_dir" for override in parsed)
     if Path(raw.results_dir) != Path():
         raw.results_dir = str((Path.cwd() if typed else home()) / raw.results_dir)
@@ -177,7 +177,9 @@ def chosen(overrides: Sequence[str] = ()) -> dict[str, str]:
 
 def values(overrides: Sequence[str] = ()) -> dict[str, Any]:
     """Return the values of a run as conf/ and the overrides have them, before they are checked."""
-    return cast(dict[str, Any], OmegaConf.to_container(_compose_raw(overrides), resolve=True))
+    return cast(
+        dict[str, Any], OmegaConf.to_container(_compose_raw(_parse(overrides)), resolve=True)
+    )
 
 
 def _defaults(overrides: Sequence[str]) -> DefaultsList:
@@ -240,13 +242,13 @@ def _parse(overrides: Sequence[str]) -> list[Override]:
         ) from error
 
 
-def _compose_raw(overrides: Sequence[str]) -> DictConfig:
+def _compose_raw(parsed: Sequence[Override]) -> DictConfig:
     """What Hydra composes: files by the choices of groups, once, and then the keys in a copy.
 
     Hydra does the same in this order, but reads and merges some forty files every time.
     """
-    groups, keys = _groups_and_keys(_parse(overrides))
-    raw = copy.deepcopy(_base(tuple(groups), _state()))
+    groups, keys = _groups_and_keys(parsed)
+    raw = copy.deepcopy(_base(groups, _state()))
     with _our_errors():
         ConfigLoaderImpl._apply_overrides_to_config(keys, raw)
     return raw
@@ -273,7 +275,7 @@ def _state() -> tuple[object, ...]:
     return tuple(seen)
 
 
-def _groups_and_keys(parsed: Sequence[Override]) -> tuple[list[str], list[Override]]:
+def _groups_and_keys(parsed: Sequence[Override]) -> tuple[tuple[str, ...], list[Override]]:
     """Split overrides into those that choose a file of a group and those of keys, as Hydra does."""
     groups, keys = [], []
     for override in parsed:
@@ -282,7 +284,7 @@ def _groups_and_keys(parsed: Sequence[Override]) -> tuple[list[str], list[Overri
             groups.append(cast(str, override.input_line))
         else:
             keys.append(override)
-    return groups, keys
+    return tuple(groups), keys
 
 
 @contextmanager
@@ -339,11 +341,12 @@ def _check_names(parsed: Sequence[Override]) -> None:
             continue
         if str(value) not in group_choices(key):
             raise ConfigError(unknown_name(key, str(value), group_choices(key)))
+    base = _base(groups, _state())
     for override in keys:
         if override.is_delete():
             raise ConfigError(f"'{override.input_line}': keys cannot be removed, only set")
         adds = override.is_add() or override.is_force_add()
-        _check_key(_base(tuple(groups), _state()), override.key_or_group, adds)
+        _check_key(base, override.key_or_group, adds)
 
 
 def _check_key(base: DictConfig, key: str, adds: bool) -> None:

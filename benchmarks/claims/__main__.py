@@ -1,6 +1,7 @@
 """Decide claims of the paper by small experiments.
 
-    python -m benchmarks.claims batches domain labels signs epochs [--networks results/paper/train]
+    python -m benchmarks.claims domain labels signs epochs
+    python -m benchmarks.claims batches [--networks results/paper/train]
     python -m benchmarks.claims misses --rows results/quick/evaluate results/paper/evaluate
 
 Each prints its rule, its rows and its verdict, and writes them to results/studies/claim_NAME.*;
@@ -14,7 +15,6 @@ import argparse
 import importlib
 import inspect
 import shlex
-import sys
 from pathlib import Path
 
 from benchmarks.studies import write_study
@@ -36,8 +36,15 @@ def main() -> None:
         rule = " ".join((module.__doc__ or "").split())
         text = f"{rule}\n\n{table.to_markdown(index=False, floatfmt='.4g')}\n\n{verdict}"
         print(text, flush=True)
-        command = shlex.join(["python", "-m", "benchmarks.claims", *sys.argv[1:]])
+        given = [word for key in wanted for word in _option(key, getattr(options, key))]
+        command = shlex.join(["python", "-m", "benchmarks.claims", name, *given])
         write_study(module.NAME, table, text, command, module.SEEDS)
+
+
+def _option(name: str, value: Path | list[Path] | None) -> list[str]:
+    """Words of the command line that give an option a value; none without one."""
+    values = value if isinstance(value, list) else [value]
+    return [f"--{name}", *map(str, values)] if value else []
 
 
 if __name__ == "__main__":

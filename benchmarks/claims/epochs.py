@@ -14,27 +14,13 @@ import math
 
 import numpy as np
 import pandas as pd
-from torch import Tensor
 
-from benchmarks.claims.fitting import (
-    CPU,
-    TRAINING,
-    Batch,
-    Fit,
-    fit,
-    pose_sets,
-    recipe,
-    small_network,
-)
-from pipeline.learning.cycleik.objective import CycleObjective
-from pipeline.learning.networks import IkNetwork
+from benchmarks.claims.fitting import TRAINING, Fit, fit, pose_sets
 from pipeline.presentation.naming import robot_title
-from robots import Robot, load_robot
+from robots import load_robot
 
-NAME, SEEDS = (
-    "claim_epochs",
-    "of weights and order 0 to 2 (search: 9); of poses 0 and 1; of draws 5",
-)
+NAME = "claim_epochs"
+SEEDS = "of weights and order 0 to 2, in the search 9; of poses 0 and 1; of draws 5"
 ROBOTS = ("nico", "panda")
 DRAWS, DRAWS_SEED, SEARCH_SEED = 9, 5, 9
 POSITION_WEIGHTS, ROTATION_WEIGHTS, RATES = (1, 20), (1, 20), (3e-4, 3e-3)
@@ -44,20 +30,6 @@ RUNS = (("smooth", 10), ("former", 10), ("former", 100))
 def score(ended: Fit) -> float:
     """The paper's fixed weighing of both errors: 10 for m and 1 for rad."""
     return 10e-3 * ended.position_mm + math.radians(ended.rotation_deg)
-
-
-def trained(
-    robot: Robot, data: tuple[Batch, Batch], loss: str, epochs: int, drawn: list[str], seed: int
-) -> Fit:
-    """Train once with drawn weights and rate."""
-    train = recipe(robot, f"train.loss={loss}", f"train.epochs={epochs}", *drawn)
-    cycle = CycleObjective(robot, small_network(robot, seed), train, CPU)
-
-    def cycle_loss(network: IkNetwork, batch: Batch) -> Tensor:
-        cycle.network = network
-        return cycle.loss_of(batch.poses, batch.poses)
-
-    return fit(robot, train, cycle_loss, data, seed)
 
 
 def draws() -> list[list[str]]:
@@ -85,12 +57,14 @@ def run() -> tuple[pd.DataFrame, str]:
         data = pose_sets(robot)
         best = {}
         for loss in ("smooth", "former"):
-            tried = [(each, trained(robot, data, loss, 10, each, SEARCH_SEED)) for each in draws()]
+            ten = (f"train.loss={loss}", "train.epochs=10")
+            tried = [(each, fit(robot, data, SEARCH_SEED, *ten, *each)) for each in draws()]
             rows += [_row(name, "search", loss, 10, SEARCH_SEED, *each) for each in tried]
             best[loss] = min(tried, key=lambda each: score(each[1]))[0]
         for loss, epochs in RUNS:
             for seed in range(3):
-                ended = trained(robot, data, loss, epochs, best[loss], seed)
+                recipe = (f"train.loss={loss}", f"train.epochs={epochs}", *best[loss])
+                ended = fit(robot, data, seed, *recipe)
                 rows.append(_row(name, "contest", loss, epochs, seed, best[loss], ended))
     table = pd.DataFrame(rows)
     contest = table[table.part == "contest"]

@@ -1,32 +1,23 @@
-"""A plain training of a small network of the paper's kind, for losses that the pipeline has not."""
+"""Trainings of a small network of the paper's kind, by the project's trainer."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import torch
-from torch import Tensor
+from numpy.typing import NDArray
 
 from pipeline.config import compose
 from pipeline.data.dataset import PoseSet
-from pipeline.learning.config import TrainConfig
 from pipeline.learning.cycleik.objective import CycleObjective
 from pipeline.learning.factory import build_network
-from pipeline.learning.networks import IkNetwork
+from pipeline.learning.step import total_gradient_norm
+from pipeline.learning.trainer import Trainer, TrainingRun
 from robots import Robot
 
 CPU = torch.device("cpu")
-CLIP = 10.0
 TRAINING, HELD_OUT = 100_000, 5_000  # poses
-
-
-class Batch(NamedTuple):
-    """Poses (N, 7) and the joints (N, dof) that they were made from, float32."""
-
-    poses: Tensor
-    joints: Tensor
 
 
 class Fit(NamedTuple):
@@ -35,68 +26,52 @@ class Fit(NamedTuple):
     Attributes:
         position_mm: Mean Euclidean error on the held-out poses.
         rotation_deg: Mean geodesic error on them.
-        gradient_norms: (steps,) before clipping.
+        gradient_norms: (steps,) as the optimiser has them: after clipping, where there is any.
     """
 
     position_mm: float
     rotation_deg: float
-    gradient_norms: np.ndarray
+    gradient_norms: NDArray[np.float64]
 
 
-def pose_sets(robot: Robot, seed: int = 0) -> tuple[Batch, Batch]:
+def pose_sets(robot: Robot) -> tuple[PoseSet, PoseSet]:
     """Return training and held-out poses of uniform configurations free of collisions."""
-    return _batch(robot, TRAINING, 2 * seed), _batch(robot, HELD_OUT, 2 * seed + 1)
-
-
-def recipe(robot: Robot, *overrides: str) -> TrainConfig:
-    """Return the recipe of model=small_mlp for a robot, with overrides."""
-    return compose([f"robot={robot.name}", "model=small_mlp", "train.device=cpu", *overrides]).train
-
-
-def small_network(robot: Robot, seed: int) -> IkNetwork:
-    """Return model=small_mlp with fresh weights."""
-    torch.manual_seed(seed)
-    return build_network(robot, compose([f"robot={robot.name}", "model=small_mlp"]).model)
+    joints = robot.sample(TRAINING, seed=0), robot.sample(HELD_OUT, seed=1)
+    training, held_out = (PoseSet(robot.forward_kinematics(q), q) for q in joints)
+    return training, held_out
 
 
 def fit(
     robot: Robot,
-    train: TrainConfig,
-    loss: Callable[[IkNetwork, Batch], Tensor],
-    data: tuple[Batch, Batch],
+    data: tuple[PoseSet, PoseSet],
     seed: int,
+    *overrides: str,
+    objective: type[CycleObjective] = CycleObjective,
 ) -> Fit:
-    """Train model=small_mlp with Adam and a rate that rises over the warm-up and falls to zero.
+    """Train model=small_mlp.
 
     Args:
         robot: The robot.
-        train: Batch size, rate, warm-up and epochs.
-        loss: Scalar loss of a network on a batch.
         data: Training and held-out poses.
         seed: Of the first weights and the order of the batches.
+        *overrides: Of its recipe.
+        objective: What it is trained for.
     """
-    network = small_network(robot, seed)
-    training, held_out = data
-    optimizer = torch.optim.Adam(network.parameters(), fused=True)
-    order = torch.Generator().manual_seed(seed)
-    per_epoch = len(training.poses) // train.batch_size
-    total = per_epoch * train.epochs
-    norms = []
-    for step in range(total):
-        if step % per_epoch == 0:
-            shuffled = torch.randperm(len(training.poses), generator=order)
-        rows = shuffled[(step % per_epoch) * train.batch_size :][: train.batch_size]
-        warm = min(1.0, (step + 1) / (train.warm_up_steps + 1))
-        optimizer.param_groups[0]["lr"] = train.learning_rate * warm * (1 - step / total)
-        optimizer.zero_grad()
-        loss(network, Batch(training.poses[rows], training.joints[rows])).backward()
-        norms.append(float(torch.nn.utils.clip_grad_norm_(network.parameters(), CLIP)))
-        optimizer.step()
-    position, rotation = CycleObjective(robot, network, train, CPU).errors(held_out.poses)
-    return Fit(float(position.mean()), float(rotation.mean()), np.array(norms))
+    plain = [f"robot={robot.name}", "model=small_mlp", "train.device=cpu", "train.validations=1"]
+    config = compose([*plain, *overrides])
+    torch.manual_seed(seed)
+    network = build_network(robot, config.model)
+    aim = objective(robot, network, config.train, CPU)
+    trainer = Trainer(robot, network, config.train, TrainingRun(seed, "", robot.name), aim)
+    norms: list[float] = []
 
+    def note(*_: object) -> None:
+        norms.append(float(total_gradient_norm(list(network.parameters()))))
 
-def _batch(robot: Robot, count: int, seed: int) -> Batch:
-    joints = robot.sample(count, seed=seed)
-    data = PoseSet(robot.forward_kinematics(joints), joints)
-    return Batch(torch.tensor(data.poses).float(), torch.tensor(data.joints).float())
+    trainer.optimizer.register_step_pre_hook(note)
+    last = trainer.fit(*data).curve[-1]
+    return Fit(
+        last["validation_position_error_mm"],
+        last["validation_rotation_error_deg"],
+        np.array(norms),
+    )

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 from pathlib import Path
 
+from pipeline.commands.readme import renew_block
 from pipeline.config import compose
-from pipeline.data.files import write_text
 from pipeline.locations import need_checkout
 from pipeline.presentation.origin import Origin
 from pipeline.presentation.published import read_published
@@ -26,7 +25,6 @@ HELP = """\
 Prints every published number beside ours, and every claim of the paper with its verdict, from
 results/published_results.csv, results/claims.yaml and the tables below results/.
 """
-BLOCK = re.compile(r"(<!-- claims: [^>]*-->\n).*?(<!-- end of claims -->)", re.DOTALL)
 
 
 def claims(arguments: list[str]) -> int:
@@ -37,11 +35,7 @@ def claims(arguments: list[str]) -> int:
     options = parser.parse_args(arguments)
     root, folder = need_checkout("the table of claims"), options.write
     if options.readme:
-        path = root / "README.md"
-        text = path.read_text(encoding="utf-8")
-        short = in_short(*closing_rows(root / "results"))
-        write_text(path, BLOCK.sub(lambda match: f"{match[1]}{short}\n{match[2]}", text))
-        print(path)
+        renew_block(root / "README.md", "claims", in_short(*closing_rows(root / "results")))
         return 0
     for table in closing_tables(root / "results"):
         table.origin = Origin(COMMAND, **signature(NO_PROFILE), processor=NONE, seeds=NONE)

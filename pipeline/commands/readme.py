@@ -29,7 +29,6 @@ COLUMNS = (
     "time [ms] paper",
 )
 SOLVERS = ("CycleIK", "CycleIK refined", "LM, compiled")  # the others stand in the report
-BLOCK = re.compile(r"(<!-- table: [^>]*-->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
 def readme(arguments: list[str]) -> int:
@@ -46,12 +45,16 @@ def readme(arguments: list[str]) -> int:
         with replacing(root / "results" / "readme" / name) as partial:
             shutil.copyfile(source, partial)
     table = _first(folder, TABLE).read_text(encoding="utf-8")
-    path = root / "README.md"
-    text = path.read_text(encoding="utf-8")
-    rows = "\n".join(_narrow(table))
-    write_text(path, BLOCK.sub(lambda match: f"{match[1]}{rows}\n{match[2]}", text))
-    print(path)
+    renew_block(root / "README.md", "table", "\n".join(_narrow(table)))
     return 0
+
+
+def renew_block(path: Path, name: str, content: str) -> None:
+    """Put text between the marks ``<!-- name: COMMAND -->`` and ``<!-- end of name -->``."""
+    block = re.compile(rf"(<!-- {name}: [^>]*-->\n).*?(<!-- end of {name} -->)", re.DOTALL)
+    text = path.read_text(encoding="utf-8")
+    write_text(path, block.sub(lambda match: f"{match[1]}{content}\n{match[2]}", text))
+    print(path)
 
 
 def _narrow(table: str) -> list[str]:

@@ -12,8 +12,8 @@ from pipeline.checks import at_least, one_of, positive, positive_all, within
 from pipeline.learning.registry import kinds
 
 SIZES = {"position": 3, "pose": 7}
-BFLOAT16, BFLOAT16_BACKWARD = "bfloat16", "bfloat16_backward"
-PRECISIONS = ("float32", BFLOAT16_BACKWARD, BFLOAT16)
+FLOAT32, BFLOAT16 = "float32", "bfloat16"
+PRECISIONS = (FLOAT32, "bfloat16_backward", BFLOAT16)
 
 
 @dataclass

@@ -23,7 +23,7 @@ import torch
 from torch import Tensor
 
 from pipeline.learning.batches import Batches
-from pipeline.learning.config import BFLOAT16_BACKWARD, ModelConfig, TrainConfig
+from pipeline.learning.config import FLOAT32, ModelConfig, TrainConfig
 from pipeline.learning.factory import build_network
 from pipeline.learning.fused import FusedCycleLoss
 from pipeline.learning.losses import position_error_mm, rotation_error_deg
@@ -225,7 +225,7 @@ class FleetRun:
 
     def _body(self, forward: str) -> None:
         train, optimizer = self.job.train, self.optimizer
-        backward = MEDIUM if train.precision == BFLOAT16_BACKWARD else HIGHEST
+        backward = HIGHEST if train.precision == FLOAT32 else MEDIUM
         parameters = list(self.network.parameters())
         for index in range(self.unroll):
             poses = self.job.poses.index_select(0, self._batch[index])

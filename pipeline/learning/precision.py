@@ -9,7 +9,7 @@ from functools import cache
 import torch
 from torch import Tensor, nn
 
-from pipeline.learning.config import BFLOAT16, TrainConfig
+from pipeline.learning.config import BFLOAT16, FLOAT32, TrainConfig
 from pipeline.learning.networks import IkNetwork
 
 # PyTorch's names. With "medium" it may round factors to bfloat16 before it multiplies.
@@ -49,7 +49,7 @@ class MatmulPrecision:
             _is_exact(shape, train.batch_size) for shape in shapes
         )
         self.forward = MEDIUM if spared else HIGHEST
-        self.backward = MEDIUM if spared or train.precision != "float32" else HIGHEST
+        self.backward = MEDIUM if spared or train.precision != FLOAT32 else HIGHEST
         self._rounded_until = train.float32_from if train.precision == BFLOAT16 else 0.0
 
     @contextmanager

@@ -21,6 +21,7 @@ from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.config import BFLOAT16, TrainConfig
 from pipeline.learning.factory import make_objective
 from pipeline.learning.networks import IkNetwork
+from pipeline.learning.objective import Objective
 from pipeline.learning.precision import MatmulPrecision, matmul_precision
 from pipeline.learning.step import CapturedStep, EagerStep, TrainingError, TrainState, is_captured
 from pipeline.progress import LOGGER, bar
@@ -55,13 +56,19 @@ class Trainer:
 
     Args:
         robot: Gives forward kinematics.
-        network: Of a class that `make_objective` knows; moved to the device.
+        network: Of a class that `make_objective` knows, or with an objective; moved to the device.
         train: Losses, optimiser, schedule.
         run: Seed, checkpoint and label.
+        objective: Of the network, on the training's device; None takes that of its method.
     """
 
     def __init__(
-        self, robot: Robot, network: nn.Module, train: TrainConfig, run: TrainingRun
+        self,
+        robot: Robot,
+        network: nn.Module,
+        train: TrainConfig,
+        run: TrainingRun,
+        objective: Objective | None = None,
     ) -> None:
         self.device = pick_device(train.device)
         if train.kinematics == "compiled" and self.device.type != "cpu":
@@ -77,7 +84,9 @@ class Trainer:
         self.train = train
         self.run = run
         self.best: State = {}
-        self.objective = make_objective(robot, self.network, train, self.device, run.seed)
+        self.objective = objective or make_objective(
+            robot, self.network, train, self.device, run.seed
+        )
         keep_freed_memory()
         self.products = MatmulPrecision(train, self.network, self.device)
         captured = is_captured(train, self.network, self.device)

@@ -18,8 +18,10 @@ if TYPE_CHECKING:
 # What of a recipe decides which network comes of it besides how long; the rest says how it is run.
 ASIDE = {"epochs", "source", "device", "kinematics", "step", "validations", "checkpoint_s"}
 SHAPING = sorted({field.name for field in fields(TrainConfig)} - ASIDE)
-ASIDE_EYES = {"pictures", "epochs", "source", "held_out_pictures", "held_out", "chunk"}
-ASIDE_EYES |= {"checkpoint_epochs", "match_overlap", "figure_pictures"}
+ASIDE_EYES = {
+    *("pictures", "epochs", "source", "chunk", "checkpoint_epochs"),
+    *("held_out_pictures", "held_out", "match_overlap", "figure_pictures"),
+}
 SHAPING_EYES = sorted({field.name for field in fields(DetectorConfig)} - ASIDE_EYES)
 SHIPPED = "shipped"  # value of train.from and detector.from, and key of the cards of such networks
 
