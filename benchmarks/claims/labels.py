@@ -3,8 +3,8 @@
 The same network, poses and steps: mean squared error to the joints that a pose was made from, in
 halves of their ranges, against the paper's losses through forward kinematics. It holds if on every
 arm of more than six joints the labels end with at least five times the position error of the cycle.
-A first run of ten epochs missed that narrowly on NICOL, with the cycle itself far from its end; so it
-is shown beside one of forty, which decides.
+A first run of ten epochs missed that narrowly on NICOL, with the cycle itself far from its end; so
+it is shown beside one of forty, which decides.
 """
 
 from __future__ import annotations
