@@ -15,7 +15,6 @@ species that no longer improves is wiped out and born again at random.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from baselines.bio_ik_species import (
     ELITES,
@@ -28,20 +27,21 @@ from baselines.bio_ik_species import (
 )
 from baselines.clock import now_ns, pose_key
 from baselines.linearise import find_error, find_jacobian, new_linearisation, set_target
+from robots.compiled import njit
 
 __all__ = ["FOUND", "OUT_OF_ITERATIONS", "OUT_OF_TIME", "BioOptions", "evolve_rows"]
 
 FOUND, OUT_OF_ITERATIONS, OUT_OF_TIME = 0, 1, 2
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _measure(chain, pose, q, at, weight2):  # type: ignore[no-untyped-def]
     """Exact cost of q (dof,), with its squared distance [m²] and angle [rad²]."""
     distance2, angle2 = find_error(chain, q, pose, at)
     return distance2 + weight2 * angle2, distance2, angle2
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _step(chain, pose, options, key, counter, at, s, k):  # type: ignore[no-untyped-def]
     """Evolve species k by one step; returns the counter, and distance² and angle² of its best."""
     weight = options.rotation_weight
@@ -70,7 +70,7 @@ def _step(chain, pose, options, key, counter, at, s, k):  # type: ignore[no-unty
     return counter, distance2, angle2
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _evolve(chain, pose, initial, options, at, s, timespec, best):  # type: ignore[no-untyped-def]
     """Solve one pose; writes the best joints and returns (status, steps)."""
     began = now_ns(timespec)
@@ -112,7 +112,7 @@ def _evolve(chain, pose, initial, options, at, s, timespec, best):  # type: igno
                 s.reference[k] = s.cost[k]
 
 
-@njit(cache=True)
+@njit()
 def evolve_rows(chain, poses, initial, options, joints, status, steps, time_ns):  # type: ignore[no-untyped-def]
     """Solve a batch on one thread.
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from baselines.clock import uniform
+from robots.compiled import njit
 
 Array = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ class Species(NamedTuple):
     gradient: Array  # (dof,)
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def new_species(options, dof):  # type: ignore[no-untyped-def]
     """Room for all species of a robot with `dof` joints; `born` fills it."""
     count, rows = options.species, options.children + ELITES
@@ -84,7 +84,7 @@ def new_species(options, dof):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def born(chain, key, counter, s, k):  # type: ignore[no-untyped-def]
     """Give species k random elites; returns the counter of the random numbers."""
     for e in range(ELITES):
@@ -99,7 +99,7 @@ def born(chain, key, counter, s, k):  # type: ignore[no-untyped-def]
     return counter
 
 
-@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract", "reassoc"})
+@njit(no_cpython_wrapper=True, fastmath={"contract", "reassoc"})
 def _approximate(q, at, s, weight):  # type: ignore[no-untyped-def]
     """Cost of q by the first-order approximation at s.center; residual into s.residual."""
     J, e, center = at.jacobian, at.error, s.center
@@ -114,7 +114,7 @@ def _approximate(q, at, s, weight):  # type: ignore[no-untyped-def]
     return r0 * r0 + r1 * r1 + r2 * r2 + r3 * r3 + r4 * r4 + r5 * r5
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def breed(chain, options, key, counter, s, k):  # type: ignore[no-untyped-def]
     """Fill s.child with the elites of species k and their children, s.move with their moves."""
     dof = s.center.shape[0]
@@ -138,7 +138,7 @@ def breed(chain, options, key, counter, s, k):  # type: ignore[no-untyped-def]
     return counter
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def select(options, at, s, k):  # type: ignore[no-untyped-def]
     """Make the fittest of s.child the elites of species k."""
     for c in range(ELITES + options.children):
@@ -153,7 +153,7 @@ def select(options, at, s, k):  # type: ignore[no-untyped-def]
         s.momentum[k, e] = s.move[best]
 
 
-@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract", "reassoc"})
+@njit(no_cpython_wrapper=True, fastmath={"contract", "reassoc"})
 def line_search(chain, options, at, q, s):  # type: ignore[no-untyped-def]
     """Move q (dof,) along the gradient to the minimum of the approximated, quadratic cost."""
     weight, dof, J = options.rotation_weight, q.shape[0], at.jacobian

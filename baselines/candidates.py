@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from baselines.compiled_query import take_initial, take_pose
 from baselines.linearise import new_linearisation, set_target
+from robots.compiled import njit
 from robots.kinematics import tip_frame
 
 
-@njit(cache=True)
+@njit()
 def prepare_query(pose, initial, guess, target, end, joints, tool):  # type: ignore[no-untyped-def]
     """Check a pose and an initial guess, and make the transform that a library takes.
 
@@ -46,7 +46,7 @@ def prepare_query(pose, initial, guess, target, end, joints, tool):  # type: ign
     return True
 
 
-@njit(cache=True)
+@njit()
 def take_candidate(  # type: ignore[no-untyped-def]
     candidates, target, guess, answer, chain, joints, slack, tolerance
 ):

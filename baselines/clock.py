@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from numba import njit, types
+from numba import types
+
+from robots.compiled import njit
 
 MONOTONIC = time.CLOCK_MONOTONIC
 # int clock_gettime(clockid_t, struct timespec *): resolved by name, so that callers can be cached.
@@ -18,7 +20,7 @@ TO_UNIT = 2.0**-53
 UNSIGNED = np.uint64(0x7FFFFFFFFFFFFFFF)  # all bits of a float64 but its sign
 
 
-@njit(cache=True)
+@njit()
 def now_ns(timespec):  # type: ignore[no-untyped-def]
     """Monotonic time in ns, the same clock as `time.monotonic_ns`.
 
@@ -29,7 +31,7 @@ def now_ns(timespec):  # type: ignore[no-untyped-def]
     return timespec[0] * 1_000_000_000 + timespec[1]
 
 
-@njit(cache=True, no_cpython_wrapper=True, _nrt=False)
+@njit(no_cpython_wrapper=True, _nrt=False)
 def mix(value):  # type: ignore[no-untyped-def]
     """Scramble 64 bits: the output function of SplitMix64 (Steele, Lea and Flood, 2014)."""
     value = (value ^ (value >> np.uint64(30))) * MIX_1
@@ -37,14 +39,14 @@ def mix(value):  # type: ignore[no-untyped-def]
     return value ^ (value >> np.uint64(31))
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def uniform(key, counter):  # type: ignore[no-untyped-def]
     """Return the `counter`-th uniform number in [0, 1) of the stream `key` (both uint64)."""
     bits = mix(key + GOLDEN * (np.uint64(counter) + np.uint64(1)))
     return (bits >> np.uint64(11)) * TO_UNIT
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def pose_key(pose):  # type: ignore[no-untyped-def]
     """Return a stream key that depends on a pose (7,) alone, not on its quaternion's sign."""
     bits = pose.view(np.uint64)

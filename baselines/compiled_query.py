@@ -13,7 +13,6 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from baselines.bound_kernel import BoundKernel, is_plain
@@ -22,6 +21,7 @@ from baselines.lm_kernel import LmOptions
 from baselines.protocol import Budget, Solution, Solver
 from baselines.refine import REASONS
 from robots import Robot
+from robots.compiled import njit
 from robots.limits import FARTHEST, FULL_TURN
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ class JointRange(NamedTuple):
     endless: NDArray[np.bool_]
 
 
-@njit(cache=True)
+@njit()
 def take_pose(pose, target):  # type: ignore[no-untyped-def]
     """Copy a pose with its quaternion made exactly unit, as `checks.check_poses` does.
 
@@ -69,7 +69,7 @@ def take_pose(pose, target):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True)
+@njit()
 def take_initial(initial, joints, seeds):  # type: ignore[no-untyped-def]
     """Copy an initial guess, moved into the limits as `checks.check_initial` does.
 
@@ -94,7 +94,7 @@ def take_initial(initial, joints, seeds):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True)
+@njit()
 def turn_nearest(initial, joints, answer):  # type: ignore[no-untyped-def]
     """Turn endless joints as `Robot.nearest_turns` does, first into the limits.
 

@@ -5,10 +5,10 @@ The scalars may as well be `Lanes`: then as many systems are solved side by side
 
 from __future__ import annotations
 
-from numba import njit
+from robots.compiled import njit
 
 
-@njit(cache=True, fastmath={"contract", "reassoc"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract", "reassoc"}, _nrt=False, forceinline=True)
 def damped_solve(J, free, error, damping, y):  # type: ignore[no-untyped-def]
     """Solve (Σ JₖᵀJₖ + λ I) y = e over the free joints k.
 
@@ -28,14 +28,14 @@ def damped_solve(J, free, error, damping, y):  # type: ignore[no-untyped-def]
     y[0], y[1], y[2], y[3], y[4], y[5] = solve_packed(packed, e)
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def diagonal(value, zero):  # type: ignore[no-untyped-def]
     """Packed matrix with a value on its diagonal and a zero of the same type beside it."""
     first = (value, zero, value, zero, zero, value, zero, zero, zero, value)
     return first + (zero, zero, zero, zero, value, zero, zero, zero, zero, zero, value)  # noqa: RUF005 - numba unpacks nothing inside a tuple
 
 
-@njit(cache=True, fastmath={"contract", "reassoc"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract", "reassoc"}, _nrt=False, forceinline=True)
 def add_outer_product(packed, row):  # type: ignore[no-untyped-def]
     """Return a packed matrix plus rowᵀ row, row (6,) as a tuple."""
     (a00, a10, a11, a20, a21, a22, a30, a31, a32, a33) = packed[:10]
@@ -50,7 +50,7 @@ def add_outer_product(packed, row):  # type: ignore[no-untyped-def]
     return first + (a40, a41, a42, a43, a44, a50, a51, a52, a53, a54, a55 + t * t)  # noqa: RUF005
 
 
-@njit(cache=True, fastmath={"contract", "reassoc"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract", "reassoc"}, _nrt=False, forceinline=True)
 def solve_packed(packed, error):  # type: ignore[no-untyped-def]
     """Solve A y = e by an L D Lᵀ factorisation, A (6, 6) symmetric and positive definite.
 

@@ -8,13 +8,12 @@ the step is solved again (Nocedal and Wright, "Numerical Optimization", section 
 
 from __future__ import annotations
 
-from numba import njit
-
 from baselines.damped_solve import damped_solve
 from baselines.linearise import find_jacobian
+from robots.compiled import njit
 
 
-@njit(cache=True, _nrt=False, forceinline=True)
+@njit(_nrt=False, forceinline=True)
 def damped_step(chain, w, bias, damping, max_active_set_passes):  # type: ignore[no-untyped-def]
     """Move the joints w.q by one step, after `find_error`.
 
@@ -59,7 +58,7 @@ def damped_step(chain, w, bias, damping, max_active_set_passes):  # type: ignore
         w.q[k] = min(max(w.q[k] + w.step[k], chain.lower[k]), chain.upper[k])
 
 
-@njit(cache=True, no_cpython_wrapper=True, _nrt=False, forceinline=True)
+@njit(no_cpython_wrapper=True, _nrt=False, forceinline=True)
 def _subtract_bias(w, bias):  # type: ignore[no-untyped-def]
     """Write e - J z over the free joints into w.residual."""
     for i in range(6):

@@ -14,11 +14,13 @@ import operator
 from typing import Any
 
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.core import cgutils
 from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
+
+from robots.compiled import njit
 
 LANES = 8
 LINE_BYTES = 64  # of a cache line, and of a vector of eight float64
@@ -232,13 +234,13 @@ def mask_bits(typing, mask):  # type: ignore[no-untyped-def]
     return types.int64(mask), emit
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def least(a, b):  # type: ignore[no-untyped-def]
     """Lane by lane the smaller one."""
     return select(a < b, a, b)
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def greatest(a, b):  # type: ignore[no-untyped-def]
     """Lane by lane the greater one."""
     return select(a > b, a, b)

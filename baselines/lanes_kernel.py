@@ -12,17 +12,16 @@ the first to call, so that without it the code would depend on who called first.
 
 from __future__ import annotations
 
-from numba import njit
-
 from baselines.lanes import LANES, load, mask_bits, select, store
 from baselines.lanes_kinematics import find_lanes_error, find_lanes_frames, find_lanes_jacobian
 from baselines.lanes_starts import STALLED, begin, settle
 from baselines.lanes_step import lanes_damped_step
 from baselines.lanes_work import ACTIVE, ITERATIONS, LEAST, LIMIT, REFERENCE, SINCE, work_of
 from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS
+from robots.compiled import njit
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def _advance(chain, w, options):  # type: ignore[no-untyped-def]
     """Judge all lanes and move those that go on by a step.
 
@@ -59,7 +58,7 @@ def _advance(chain, w, options):  # type: ignore[no-untyped-def]
     return mask_bits(found), mask_bits(spent), mask_bits(stalled)
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def refine_lanes(chain, batch, library, options, room, thread):  # type: ignore[no-untyped-def]
     """Solve poses of a batch on one thread until its queue is empty.
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from baselines.lanes import lanes_of, load, root, select, store
 from baselines.lanes_trigonometry import lanes_angle, lanes_sine_cosine
+from robots.compiled import njit
 from robots.frames import constant_frame, multiplied, slid, turned
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def _lanes_frame(frame):  # type: ignore[no-untyped-def]
     """The same frame in all lanes."""
     a, b, c, d, e, f, g, h, i, x, y, z = frame
@@ -19,7 +18,7 @@ def _lanes_frame(frame):  # type: ignore[no-untyped-def]
     return first + (lanes_of(g), lanes_of(h), lanes_of(i), lanes_of(x), lanes_of(y), lanes_of(z))  # noqa: RUF005 - numba unpacks nothing inside a tuple
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def find_lanes_frames(chain, q, axes):  # type: ignore[no-untyped-def]
     """Tip frames; axis and origin of every joint on the way.
 
@@ -50,7 +49,7 @@ def find_lanes_frames(chain, q, axes):  # type: ignore[no-untyped-def]
     return frame
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def find_lanes_error(target, frame):  # type: ignore[no-untyped-def]
     """Errors from tips to targets, as `baselines.linearise.find_error`.
 
@@ -85,7 +84,7 @@ def find_lanes_error(target, frame):  # type: ignore[no-untyped-def]
     return error, dx * dx + dy * dy + dz * dz, angle * angle
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def find_lanes_jacobian(chain, axes, frame, J):  # type: ignore[no-untyped-def]
     """Geometric Jacobians at the tips after `find_lanes_frames`.
 
@@ -121,7 +120,7 @@ def find_lanes_jacobian(chain, axes, frame, J):  # type: ignore[no-untyped-def]
             store(J, first + i, row[i])
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def _added(row, J, first):  # type: ignore[no-untyped-def]
     a, b, c, d, e, f = row
     a, b, c = a + load(J, first), b + load(J, first + 1), c + load(J, first + 2)

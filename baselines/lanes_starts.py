@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
 from baselines.lanes import LANES
@@ -38,6 +38,7 @@ from baselines.lanes_work import (
 )
 from baselines.linearise import set_target
 from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, choose_start
+from robots.compiled import njit
 
 GOES_ON, STALLED = -1, OUT_OF_STARTS  # how a descent ended, beside FOUND and OUT_OF_ITERATIONS
 
@@ -56,7 +57,7 @@ def _take(typing, counter):  # type: ignore[no-untyped-def]
     return types.int64(counter), emit
 
 
-@njit(cache=True, _nrt=False, inline="always")
+@njit(_nrt=False, inline="always")
 def begin(chain, batch, library, options, w, lane):  # type: ignore[no-untyped-def]
     """Give an idle lane the next start that is worth its time; return whether there was one.
 
@@ -95,7 +96,7 @@ def begin(chain, batch, library, options, w, lane):  # type: ignore[no-untyped-d
     return True
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def _open(batch, starts, state, lane):  # type: ignore[no-untyped-def]
     """Take a pose from the queue; return the lane as its home, or -1 where there is none."""
     row = _take(batch.next)
@@ -106,7 +107,7 @@ def _open(batch, starts, state, lane):  # type: ignore[no-untyped-def]
     return lane
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def _to_help(state):  # type: ignore[no-untyped-def]
     """Return the home of the pose that fewest lanes work at, -1 if none has starts left.
 
@@ -125,7 +126,7 @@ def _to_help(state):  # type: ignore[no-untyped-def]
     return home
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def _descend(w, lane, limit):  # type: ignore[no-untyped-def]
     """Let a lane descend from its start, with a limit of iterations."""
     state = w.state
@@ -136,7 +137,7 @@ def _descend(w, lane, limit):  # type: ignore[no-untyped-def]
     state[ENDED, lane] = GOES_ON
 
 
-@njit(cache=True, _nrt=False, inline="always")
+@njit(_nrt=False, inline="always")
 def settle(batch, options, w, lane, ended):  # type: ignore[no-untyped-def]
     """Draw the consequences of the end of a lane's descent.
 
@@ -188,7 +189,7 @@ def settle(batch, options, w, lane, ended):  # type: ignore[no-untyped-def]
             return idle
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def _leading(state, home):  # type: ignore[no-untyped-def]
     """Return the lane with the first start of a pose that is not given up, -1 if none has it."""
     if state[NEXT, home] > state[GIVEN_UP, home]:
@@ -198,7 +199,7 @@ def _leading(state, home):  # type: ignore[no-untyped-def]
     return -1
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def _dismiss(state, home, attempt):  # type: ignore[no-untyped-def]
     """Make lanes idle that descend from later starts of a pose than this; return their bits."""
     idle = 0
@@ -209,14 +210,14 @@ def _dismiss(state, home, attempt):  # type: ignore[no-untyped-def]
     return idle
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def _close(state, home):  # type: ignore[no-untyped-def]
     """Forget a pose that is decided; return bits of the lanes that worked at it."""
     state[ROW, home] = -1.0
     return _dismiss(state, home, -1.0)
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def _finish(batch, w, home, status):  # type: ignore[no-untyped-def]
     """Write down how a pose ended."""
     row = int(w.state[ROW, home])

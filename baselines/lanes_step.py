@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from baselines.damped_solve import add_outer_product, diagonal, solve_packed
 from baselines.lanes import greatest, lanes_of, least, load, mask_bits, select, store
+from robots.compiled import njit
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def lanes_damped_step(chain, w, error, damping, moving, passes):  # type: ignore[no-untyped-def]
     """Move the joints w.q by one step where a mask holds.
 
@@ -58,7 +57,7 @@ def lanes_damped_step(chain, w, error, damping, moving, passes):  # type: ignore
         store(q, k, select(moving, moved, at))
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def _row(J, k):  # type: ignore[no-untyped-def]
     a, b, c = load(J, 6 * k), load(J, 6 * k + 1), load(J, 6 * k + 2)
     return a, b, c, load(J, 6 * k + 3), load(J, 6 * k + 4), load(J, 6 * k + 5)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from numba import njit
-
 from baselines.lanes import bit, greatest, least, select
+from robots.compiled import njit
 from robots.trigonometry import PER_QUARTER, beyond_quarters, sine_cosine_near_zero
 
 # Added to a number below 2^51, it leaves the nearest whole number in the lowest bits.
@@ -40,7 +39,7 @@ def _arctangent_series(reach: float, terms: int) -> tuple[float, ...]:
 _A1, _A3, _A5, _A7, _A9, _A11, _A13, _A15, _A17, _A19, _A21 = _arctangent_series(_BEND, _TERMS)
 
 
-@njit(cache=True, fastmath={"contract"}, forceinline=True)
+@njit(fastmath={"contract"}, forceinline=True)
 def lanes_sine_cosine(angle):  # type: ignore[no-untyped-def]
     """Sine and cosine of angles in rad, of a million radians at most."""
     rounded = angle * PER_QUARTER + _ROUNDING
@@ -51,7 +50,7 @@ def lanes_sine_cosine(angle):  # type: ignore[no-untyped-def]
     return select(upper, -first, first), select(odd ^ upper, -second, second)
 
 
-@njit(cache=True, fastmath={"contract"}, forceinline=True)
+@njit(fastmath={"contract"}, forceinline=True)
 def lanes_angle(sine, cosine):  # type: ignore[no-untyped-def]
     """Angle from 0 to π [rad] whose sine >= 0 and cosine are given, up to a common factor."""
     size = greatest(cosine, -cosine)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from baselines.lanes import LANES, LINE_BYTES
+from robots.compiled import njit
 
 Array = NDArray[np.float64]
 
@@ -99,7 +99,7 @@ class Batch(NamedTuple):
     next: NDArray[np.int64]
 
 
-@njit(cache=True)
+@njit()
 def new_room(threads, joints, dof, remembered):  # type: ignore[no-untyped-def]
     """Room for the lanes of so many threads.
 
@@ -116,7 +116,7 @@ def new_room(threads, joints, dof, remembered):  # type: ignore[no-untyped-def]
     return Room(lanes, np.empty((threads, LANES, remembered), dtype=np.float32))
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def work_of(room, thread, joints, dof):  # type: ignore[no-untyped-def]
     """Return the arrays of one thread, its lanes without a pose.
 

@@ -14,9 +14,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from robots.compiled import njit
 from robots.frames import constant_frame, moved, multiplied, store_frame
 from robots.trigonometry import sine_cosine
 
@@ -45,7 +45,7 @@ class Linearisation(NamedTuple):
     position: Array
 
 
-@njit(cache=True)
+@njit()
 def new_linearisation(joints, dof):  # type: ignore[no-untyped-def]
     """Room for a chain of `joints` driven joints and `dof` variables."""
     return Linearisation(
@@ -59,7 +59,7 @@ def new_linearisation(joints, dof):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def set_target(pose, at):  # type: ignore[no-untyped-def]
     """Set the target rotation from a pose (7,) with a unit quaternion."""
     w, x, y, z = pose[3], pose[4], pose[5], pose[6]
@@ -74,7 +74,7 @@ def set_target(pose, at):  # type: ignore[no-untyped-def]
     at.goal[2, 2] = 1 - 2 * (x * x + y * y)
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def _find_frames(chain, q, at):  # type: ignore[no-untyped-def]
     """Tip frame, and axis and origin of every joint, for the configuration q (dof,)."""
     frame = constant_frame(chain.rotations[0], chain.translations[0])
@@ -88,7 +88,7 @@ def _find_frames(chain, q, at):  # type: ignore[no-untyped-def]
     store_frame(frame, at.rotation, at.position)
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def find_error(chain, q, pose, at):  # type: ignore[no-untyped-def]
     """Write the frames of q and the error from tip to target; return its squares [m²], [rad²].
 
@@ -128,7 +128,7 @@ def find_error(chain, q, pose, at):  # type: ignore[no-untyped-def]
     return dx * dx + dy * dy + dz * dz, angle * angle
 
 
-@njit(cache=True, fastmath={"contract"}, _nrt=False, forceinline=True)
+@njit(fastmath={"contract"}, _nrt=False, forceinline=True)
 def find_jacobian(chain, at):  # type: ignore[no-untyped-def]
     """Geometric Jacobian at the tip, axes of the base, transposed, after `find_error`."""
     J, p = at.jacobian, at.position

@@ -20,13 +20,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
 from baselines.clock import now_ns, pose_key, uniform
 from baselines.damped_step import damped_step
 from baselines.linearise import Linearisation, find_error, new_linearisation, set_target
 from baselines.seed_library import find_distances, take_nearest
+from robots.compiled import njit
 from robots.rows import copy_row
 
 Array = NDArray[np.float64]
@@ -72,7 +73,7 @@ class _Scratch(NamedTuple):
     distances: NDArray[np.float32]
 
 
-@njit(cache=True)
+@njit()
 def _scratch(joints, dof, library):  # type: ignore[no-untyped-def]
     return _Scratch(
         new_linearisation(joints, dof),
@@ -85,7 +86,7 @@ def _scratch(joints, dof, library):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def choose_start(chain, pose, seeds, library, attempt, goal, distances, q):  # type: ignore[no-untyped-def]
     """Write the `attempt`-th start: seeds in order, then near remembered ones, then random ones.
 
@@ -118,7 +119,7 @@ def choose_start(chain, pose, seeds, library, attempt, goal, distances, q):  # t
             q[k] = chain.lower[k] + share * (chain.upper[k] - chain.lower[k])
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[no-untyped-def]
     """Solve one pose; writes the best joints and returns (status, iterations, starts)."""
     started = now_ns(s.timespec) if options.time_ns > 0 else 0
@@ -160,7 +161,7 @@ def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[
     return OUT_OF_STARTS, iterations, options.starts
 
 
-@njit(cache=True)
+@njit()
 def first_start_only(options):  # type: ignore[no-untyped-def]
     """Return options under which the first seed alone is descended from."""
     return LmOptions(
@@ -176,7 +177,7 @@ def first_start_only(options):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
+@njit()
 def refine_row(chain, pose, seeds, library, options, joints):  # type: ignore[no-untyped-def]
     """Solve one pose (7,) from seeds (K, dof) into joints (dof,).
 
@@ -189,7 +190,7 @@ def refine_row(chain, pose, seeds, library, options, joints):  # type: ignore[no
     return status, iterations, starts, now_ns(s.timespec) - began
 
 
-@njit(cache=True)
+@njit()
 def refine_rows(  # type: ignore[no-untyped-def]
     chain, poses, seeds, library, options, joints, status, iterations, starts, time_ns
 ):
@@ -203,7 +204,7 @@ def refine_rows(  # type: ignore[no-untyped-def]
         time_ns[row] = now_ns(s.timespec) - began
 
 
-@njit(cache=True, parallel=True)
+@njit(parallel=True)
 def refine_rows_parallel(  # type: ignore[no-untyped-def]
     chain, poses, seeds, library, options, joints, status, iterations, starts, time_ns
 ):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from baselines.clock import now_ns
 from baselines.compiled_query import REFUSED, take_initial, take_pose, turn_nearest
@@ -11,9 +10,11 @@ from baselines.lanes_kernel import refine_lanes
 from baselines.lanes_work import Batch, new_room
 from baselines.lm_kernel import first_start_only, refine_row
 from robots.chain import Chain
+from robots.compiled import njit
+from robots.rows import copy_row
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def refine_query(chain, pose, seeds, library, options, answer, timed):  # type: ignore[no-untyped-def]
     """Descend for one pose as `baselines.refine` does, with the same bits.
 
@@ -53,7 +54,7 @@ def refine_query(chain, pose, seeds, library, options, answer, timed):  # type: 
     return counts[0, 0], counts[1, 0], counts[2, 0], now_ns(timespec) - began
 
 
-@njit(cache=True)
+@njit()
 def drawn_in(chain, guess, max_jump):  # type: ignore[no-untyped-def]
     """Return a chain whose joints stay within a distance [rad or m] of a guess (dof,)."""
     return Chain(
@@ -68,7 +69,7 @@ def drawn_in(chain, guess, max_jump):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
+@njit()
 def lm_query(  # type: ignore[no-untyped-def]
     pose, initial, answer, options, timed, joints, home, chain, library, max_jump
 ):
@@ -93,7 +94,7 @@ def lm_query(  # type: ignore[no-untyped-def]
         Status, iterations, starts and time [ns], or (`REFUSED`, 0, 0, 0).
     """
     target, seeds = np.empty(7), np.empty((1, home.shape[0]))
-    seeds[0] = home
+    copy_row(home, seeds[0])
     if not (take_pose(pose, target) and take_initial(initial, joints, seeds)):
         return REFUSED, 0, 0, 0
     if max_jump is None:
@@ -105,7 +106,7 @@ def lm_query(  # type: ignore[no-untyped-def]
     return outcome
 
 
-@njit(cache=True)
+@njit()
 def near_rows(chain, poses, guesses, library, options, max_jump, answers, outcomes):  # type: ignore[no-untyped-def]
     """Solve a batch within a largest jump, whose limits are each row's own.
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from robots import rotations
+from robots.compiled import njit
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -70,7 +70,7 @@ def empty_seed_library(dof: int) -> SeedLibrary:
     return SeedLibrary(np.empty((0, dof)), nothing, np.zeros(3), np.ones(3), 0)
 
 
-@njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, _nrt=False)
+@njit(fastmath={"contract", "reassoc", "nsz"}, _nrt=False)
 def find_distances(library, pose, goal, distances):  # type: ignore[no-untyped-def]
     """Write the squared distance of every remembered pose to a target.
 
@@ -92,7 +92,7 @@ def find_distances(library, pose, goal, distances):  # type: ignore[no-untyped-d
             distances[m] += difference * difference
 
 
-@njit(cache=True, fastmath={"nnan", "nsz", "reassoc"}, _nrt=False)
+@njit(fastmath={"nnan", "nsz", "reassoc"}, _nrt=False)
 def take_nearest(distances):  # type: ignore[no-untyped-def]
     """Return the index of the smallest distance and take it out, so that the next call goes on."""
     least = distances[0]

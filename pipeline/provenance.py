@@ -35,6 +35,7 @@ PACKAGES = (
     "dvc",
 )
 NO_COMMIT = "no commit"
+DIFFERENCES = ("status", "--porcelain", "-uno", "--", ".", ":(exclude)results")
 
 
 @cache
@@ -63,13 +64,15 @@ def machine() -> dict[str, Any]:
 def commit() -> str:
     """Return the commit of this checkout, with ``+changes`` where files differ from it.
 
+    Files below results/ do not count: a run has written some when it says what it was run from.
+
     Where there is no checkout under git (an unpacked archive, an installed package), "no commit".
     """
     try:
         if Path(_git("rev-parse", "--show-toplevel")) != FOLDER:  # a repository around this one
             return NO_COMMIT
         head = _git("rev-parse", "--short=12", "HEAD")
-        return f"{head}+changes" if _git("status", "--porcelain", "-uno") else head
+        return f"{head}+changes" if _git(*DIFFERENCES) else head
     except (OSError, subprocess.CalledProcessError):
         return NO_COMMIT
 

@@ -7,10 +7,10 @@ shapes, and `robots.contact` for what is left.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from robots.bodies import BodyTree
+from robots.compiled import njit
 from robots.contact import FREE, TOUCHING, UNSURE, contact
 from robots.frames import multiplied, slid, turned
 from robots.shapes import Shapes
@@ -22,20 +22,20 @@ SLACK = 1e-9
 ROOT = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _read(rows, i):  # type: ignore[no-untyped-def]
     a, b, c, d, e, f = rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3], rows[i, 4], rows[i, 5]
     g, h, k, x, y, z = rows[i, 6], rows[i, 7], rows[i, 8], rows[i, 9], rows[i, 10], rows[i, 11]
     return (a, b, c, d, e, f, g, h, k, x, y, z)
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _write(rows, i, frame):  # type: ignore[no-untyped-def]
     for column in range(12):
         rows[i, column] = frame[column]
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _frames(tree, q, frames):  # type: ignore[no-untyped-def]
     """Frames of the driven joints; row 0 is the root, row k + 1 is joint k."""
     driven = tree.driven
@@ -51,7 +51,7 @@ def _frames(tree, q, frames):  # type: ignore[no-untyped-def]
         _write(frames, k + 1, frame)
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _carry(frames, owner, points, moved):  # type: ignore[no-untyped-def]
     """Points (K, 3) fixed in frames, carried to the root: (K, 3)."""
     for i in range(owner.shape[0]):
@@ -62,7 +62,7 @@ def _carry(frames, owner, points, moved):  # type: ignore[no-untyped-def]
         moved[i, 2] = g * px + h * py + k * pz + z
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _apart(points, a, b, reach):  # type: ignore[no-untyped-def]
     x, y, z = (
         points[a, 0] - points[b, 0],
@@ -72,7 +72,7 @@ def _apart(points, a, b, reach):  # type: ignore[no-untyped-def]
     return x * x + y * y + z * z > reach * reach
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _turn(frames, owner, rotations, centres, poses, i):  # type: ignore[no-untyped-def]
     """Write the whole pose of shape i."""
     frame = multiplied(_read(frames, owner[i] + 1), rotations[i], rotations[i, 0])
@@ -82,7 +82,7 @@ def _turn(frames, owner, rotations, centres, poses, i):  # type: ignore[no-untyp
         poses[i, 9 + column] = centres[i, column]
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def query(tree, shapes, joints, verdicts, details):  # type: ignore[no-untyped-def]
     """Whether configurations are in collision, as far as it can be decided here.
 

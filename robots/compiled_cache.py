@@ -18,6 +18,7 @@ from typing import Any
 import numba.core.caching
 import numba.core.config
 
+from robots.collector_pause import pause_collector_while_compiling
 from robots.compile_notice import announce_compiling
 
 ROOT = Path(__file__).parents[1]
@@ -46,7 +47,7 @@ def source_digest(*folders: Path) -> str:
 def use_own_folder(*packages: str) -> None:
     """Point numba to a folder per state of the sources; NUMBA_CACHE_DIR of the user wins.
 
-    From then on a line says so when compiled functions are not there yet.
+    From then on, when compiled functions are not there yet, a line says so and the collector waits.
 
     To be called before the compiled functions of a package are declared: numba looks at the
     setting then and not later.
@@ -55,6 +56,7 @@ def use_own_folder(*packages: str) -> None:
         packages: The package and those whose compiled functions it calls.
     """
     announce_compiling()
+    pause_collector_while_compiling()
     numba.core.caching.IndexDataCacheFile = _CacheFile
     if not os.environ.get("NUMBA_CACHE_DIR"):
         digest = source_digest(*(ROOT / package for package in packages))

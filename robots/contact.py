@@ -16,8 +16,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from robots.compiled import njit
 from robots.shapes import CYLINDER, MESH, SPHERE
 from robots.simplex import dot, evolve, minus
 
@@ -28,7 +28,7 @@ TOLERANCE = 1e-6
 STEPS = 64
 
 
-@njit(cache=True)
+@njit()
 def contact(kind, size, poses, a, b):  # type: ignore[no-untyped-def]
     """Whether two shapes touch.
 
@@ -55,14 +55,14 @@ def contact(kind, size, poses, a, b):  # type: ignore[no-untyped-def]
     return UNSURE if mesh else _search(kind, size, poses, a, b)
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _verdict(gap, mesh):  # type: ignore[no-untyped-def]
     if gap > TOLERANCE:
         return FREE
     return UNSURE if mesh or gap > -TOLERANCE else TOUCHING
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _into(poses, i, x, y, z):  # type: ignore[no-untyped-def]
     """Turn a vector of the common frame into the frame of shape i."""
     return (
@@ -72,7 +72,7 @@ def _into(poses, i, x, y, z):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _between(poses, a, b):  # type: ignore[no-untyped-def]
     """Vector from the origin of a to that of b."""
     return (
@@ -82,7 +82,7 @@ def _between(poses, a, b):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _gap_to_sphere(kind, size, poses, a, sphere):  # type: ignore[no-untyped-def]
     """Distance between a shape and a sphere, m; anything negative when they overlap."""
     dx, dy, dz = _between(poses, a, sphere)
@@ -100,7 +100,7 @@ def _gap_to_sphere(kind, size, poses, a, sphere):  # type: ignore[no-untyped-def
     return math.sqrt(x * x + y * y + z * z) - radius
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _extent(kind, size, poses, i, nx, ny, nz):  # type: ignore[no-untyped-def]
     """Half of a shape's extent along a unit direction, m."""
     x, y, z = _into(poses, i, nx, ny, nz)
@@ -109,7 +109,7 @@ def _extent(kind, size, poses, i, nx, ny, nz):  # type: ignore[no-untyped-def]
     return size[i, 0] * abs(x) + size[i, 1] * abs(y) + size[i, 2] * abs(z)
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _gap_along_axes(kind, size, poses, a, b):  # type: ignore[no-untyped-def]
     """Return a gap along the centres or the axes of either shape: a lower bound of distance, m.
 
@@ -131,7 +131,7 @@ def _gap_along_axes(kind, size, poses, a, b):  # type: ignore[no-untyped-def]
     return gap
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _gap_along_edges(size, poses, a, b):  # type: ignore[no-untyped-def]
     """Return the largest gap of two boxes along the nine directions square to an edge of each, m.
 
@@ -158,7 +158,7 @@ def _gap_along_edges(size, poses, a, b):  # type: ignore[no-untyped-def]
     return gap
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _support(kind, size, poses, i, n):  # type: ignore[no-untyped-def]
     """Return the point of a cylinder or box furthest along a direction of any length."""
     x, y, z = _into(poses, i, n[0], n[1], n[2])
@@ -177,7 +177,7 @@ def _support(kind, size, poses, i, n):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _search(kind, size, poses, a, b):  # type: ignore[no-untyped-def]
     """Search the difference of two cylinders or boxes for the origin, step by step."""
     simplex = np.empty((4, 3))

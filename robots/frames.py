@@ -14,10 +14,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from robots.compiled import njit
 
 
-@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
+@njit(no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
 def constant_frame(rotation, translation):  # type: ignore[no-untyped-def]
     """Frame tuple of a rotation (3, 3) and a translation (3,) in m."""
     return (
@@ -28,7 +28,7 @@ def constant_frame(rotation, translation):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
+@njit(no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
 def turned(frame, sine, cosine):  # type: ignore[no-untyped-def]
     """Turn a frame about its own z axis, by an angle given by its sine and cosine."""
     a, b, c, d, e, f, g, h, i, x, y, z = frame
@@ -40,14 +40,14 @@ def turned(frame, sine, cosine):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
+@njit(no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
 def slid(frame, length):  # type: ignore[no-untyped-def]
     """Shift a frame along its own z axis, by a length in m."""
     a, b, c, d, e, f, g, h, i, x, y, z = frame
     return (a, b, c, d, e, f, g, h, i, x + c * length, y + f * length, z + i * length)
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def moved(frame, prismatic, position, sine, cosine):  # type: ignore[no-untyped-def]
     """Move a frame by its joint, whose axis is the frame's own z axis.
 
@@ -63,7 +63,7 @@ def moved(frame, prismatic, position, sine, cosine):  # type: ignore[no-untyped-
     return turned(frame, sine, cosine)
 
 
-@njit(cache=True, fastmath={"contract"}, forceinline=True)
+@njit(fastmath={"contract"}, forceinline=True)
 def multiplied(frame, rotation, translation):  # type: ignore[no-untyped-def]
     """Multiply a frame by a constant transform on its right.
 
@@ -75,7 +75,7 @@ def multiplied(frame, rotation, translation):  # type: ignore[no-untyped-def]
     return composed(frame, constant_frame(rotation, translation))
 
 
-@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
+@njit(no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
 def composed(frame, constant):  # type: ignore[no-untyped-def]
     """Multiply a frame by another one on its right, which may hold for many frames."""
     a, b, c, d, e, f, g, h, i, x, y, z = frame
@@ -88,7 +88,7 @@ def composed(frame, constant):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
+@njit(no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
 def store_frame(frame, R, p):  # type: ignore[no-untyped-def]
     """Write a frame tuple into a rotation (3, 3) and an origin (3,)."""
     R[0, 0], R[0, 1], R[0, 2] = frame[0], frame[1], frame[2]
@@ -97,7 +97,7 @@ def store_frame(frame, R, p):  # type: ignore[no-untyped-def]
     p[0], p[1], p[2] = frame[9], frame[10], frame[11]
 
 
-@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
+@njit(no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
 def quaternion_of(R, quaternion):  # type: ignore[no-untyped-def]
     """Canonical unit quaternion of a rotation, after Shepperd (1978).
 

@@ -10,10 +10,11 @@ Frames are the tuples of `robots.frames`.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
 from robots.chain import Chain
+from robots.compiled import njit
 from robots.frames import (
     constant_frame,
     moved,
@@ -31,7 +32,7 @@ BLOCK = 64
 PARALLEL_BLOCK = 1024
 
 
-@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
+@njit(no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
 def add_column(J, column, frame, prismatic, scale):  # type: ignore[no-untyped-def]
     """Add a joint to the Jacobian at the origin of the base, from its frame before it moves.
 
@@ -57,7 +58,7 @@ def add_column(J, column, frame, prismatic, scale):  # type: ignore[no-untyped-d
         J[5, column] += zz
 
 
-@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
+@njit(no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
 def move_to_tip(J, x, y, z):  # type: ignore[no-untyped-def]
     """Turn a Jacobian at the origin of the base into the one at the point x, y, z, in place."""
     for column in range(J.shape[1]):
@@ -67,7 +68,7 @@ def move_to_tip(J, x, y, z):  # type: ignore[no-untyped-def]
         J[2, column] += wx * y - wy * x
 
 
-@njit(cache=True, fastmath={"contract"}, forceinline=True)
+@njit(fastmath={"contract"}, forceinline=True)
 def tip_frame(chain, q, R, p):  # type: ignore[no-untyped-def]
     """Pose of the tip for one configuration.
 
@@ -86,7 +87,7 @@ def tip_frame(chain, q, R, p):  # type: ignore[no-untyped-def]
     store_frame(frame, R, p)
 
 
-@njit(cache=True, fastmath={"contract"}, forceinline=True)
+@njit(fastmath={"contract"}, forceinline=True)
 def tip_frame_and_jacobian(chain, q, R, p, J):  # type: ignore[no-untyped-def]
     """Pose of the tip and its geometric Jacobian for one configuration.
 
@@ -114,7 +115,7 @@ def tip_frame_and_jacobian(chain, q, R, p, J):  # type: ignore[no-untyped-def]
     move_to_tip(J, p[0], p[1], p[2])
 
 
-@njit(cache=True, no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
+@njit(no_cpython_wrapper=True, fastmath={"contract"}, forceinline=True)
 def joint_positions(chain, joints, positions, sines, cosines):  # type: ignore[no-untyped-def]
     """Positions of the m driven joints of a block of configurations, with sine and cosine.
 
@@ -134,7 +135,7 @@ def joint_positions(chain, joints, positions, sines, cosines):  # type: ignore[n
         sines[j], cosines[j] = sine_cosine(positions[j])
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(fastmath={"contract"})
 def poses_kernel(chain, joints, poses):  # type: ignore[no-untyped-def]
     """Tip poses of a batch on one thread.
 
@@ -159,7 +160,7 @@ def poses_kernel(chain, joints, poses):  # type: ignore[no-untyped-def]
             quaternion_of(R, poses[i, 3:])
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(fastmath={"contract"})
 def jacobians_kernel(chain, joints, poses, jacobians):  # type: ignore[no-untyped-def]
     """Tip poses and Jacobians of a batch on one thread.
 
@@ -189,7 +190,7 @@ def jacobians_kernel(chain, joints, poses, jacobians):  # type: ignore[no-untype
             move_to_tip(J, poses[i, 0], poses[i, 1], poses[i, 2])
 
 
-@njit(cache=True, parallel=True)
+@njit(parallel=True)
 def poses_kernel_parallel(chain, joints, poses):  # type: ignore[no-untyped-def]
     """Compute `poses_kernel` on all threads of numba; the results are bitwise the same."""
     for b in prange((joints.shape[0] + PARALLEL_BLOCK - 1) // PARALLEL_BLOCK):

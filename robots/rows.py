@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from numba import njit
+from robots.compiled import njit
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def copy_row(source, target):  # type: ignore[no-untyped-def]
     """Copy the numbers of a row into another one of its length or shorter.
 

@@ -6,38 +6,38 @@ the origin lies from there. Corners are rows of an array, the newest one last.
 
 from __future__ import annotations
 
-from numba import njit
+from robots.compiled import njit
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def dot(a, b):  # type: ignore[no-untyped-def]
     """Inner product of two tuples of three."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def cross(a, b):  # type: ignore[no-untyped-def]
     """Vector product of two tuples of three."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def minus(a, b):  # type: ignore[no-untyped-def]
     """Difference of two tuples of three."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _row(simplex, i):  # type: ignore[no-untyped-def]
     return (simplex[i, 0], simplex[i, 1], simplex[i, 2])
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _keep(simplex, i, point):  # type: ignore[no-untyped-def]
     simplex[i, 0], simplex[i, 1], simplex[i, 2] = point
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def evolve(simplex, count):  # type: ignore[no-untyped-def]
     """Reduce a simplex to the part that faces the origin.
 
@@ -61,7 +61,7 @@ def evolve(simplex, count):  # type: ignore[no-untyped-def]
     return _tetrahedron(simplex, newest, _row(simplex, 2), _row(simplex, 1), _row(simplex, 0))
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _edge(simplex, a, b):  # type: ignore[no-untyped-def]
     """Edge from the newest corner a to b; the origin cannot lie beyond b."""
     ab, ao = minus(b, a), (-a[0], -a[1], -a[2])
@@ -73,7 +73,7 @@ def _edge(simplex, a, b):  # type: ignore[no-untyped-def]
     return 2, cross(cross(ab, ao), ab)
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _triangle(simplex, a, b, c):  # type: ignore[no-untyped-def]
     """Triangle of the newest corner a, and b and c."""
     ab, ac, ao = minus(b, a), minus(c, a), (-a[0], -a[1], -a[2])
@@ -98,7 +98,7 @@ def _triangle(simplex, a, b, c):  # type: ignore[no-untyped-def]
     return 3, (-normal[0], -normal[1], -normal[2])
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _tetrahedron(simplex, a, b, c, d):  # type: ignore[no-untyped-def]
     """Tetrahedron of the newest corner a over the triangle b c d, which faces a."""
     ao = (-a[0], -a[1], -a[2])

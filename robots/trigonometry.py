@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from numba import njit
+from robots.compiled import njit
 
 # pi / 2 to 50 digits, cut into three floats; the products of the first two with whole numbers
 # up to 2^20 are exact (Cody and Waite, "Software Manual for the Elementary Functions", 1980).
@@ -28,13 +28,13 @@ _C2, _C4, _C6, _C8, _C10, _C12, _C14, _C16 = (
 )
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def beyond_quarters(angle, quarters):  # type: ignore[no-untyped-def]
     """What is left of an angle in rad after a whole number of quarter turns."""
     return ((angle - quarters * _HIGH) - quarters * _MIDDLE) - quarters * _LOW
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def sine_cosine_near_zero(x):  # type: ignore[no-untyped-def]
     """Sine and cosine of an angle within an eighth of a turn, in rad."""
     z = x * x
@@ -44,7 +44,7 @@ def sine_cosine_near_zero(x):  # type: ignore[no-untyped-def]
     return sine, 1.0 + z * low
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def sine_cosine(angle):  # type: ignore[no-untyped-def]
     """Sine and cosine of an angle in rad."""
     quarters = math.floor(angle * PER_QUARTER + 0.5)

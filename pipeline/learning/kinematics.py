@@ -6,12 +6,12 @@ from typing import Any, Protocol
 
 import numpy as np
 import torch
-from numba import njit
 from numpy.typing import NDArray
 from torch import Tensor
 
 from robots import Robot
 from robots.chain import Chain
+from robots.compiled import njit
 from robots.kinematics import tip_frame_and_jacobian
 
 Frames = tuple[Tensor, Tensor]
@@ -154,7 +154,7 @@ class _TipFrame(torch.autograd.Function):
         return torch.bmm(wrench.unsqueeze(1), jacobian).squeeze(1), None
 
 
-@njit(cache=True)
+@njit()
 def _frames(chain, joints, positions, rotations, jacobians):  # type: ignore[no-untyped-def]
     """Frames and Jacobians of joints (N, dof) on one thread, computed in float64."""
     R, p, J = np.empty((3, 3)), np.empty(3), np.empty((6, joints.shape[1]))

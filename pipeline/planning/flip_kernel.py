@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from baselines.linearise import find_error, set_target
 from pipeline.planning.tracking_kernel import new_tracker
+from robots.compiled import njit
 
 # What counts as a branch flip is part of the metric's definition, so it is fixed here. The joints
 # step further than a smooth motion of 50 waypoints would, and on the straight way between the two
@@ -17,7 +17,7 @@ FLIP_DEVIATION = 0.02  # m, tip from the middle of the two waypoints
 FLIP_TURN = 0.2  # rad, rotation of the tip from the middle of the two waypoints
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def is_flip(chain, before, after, first, second, t):  # type: ignore[no-untyped-def]
     """Whether a step between two configurations (dof,) at two poses (7,) is a branch flip."""
     wide = 0.0
@@ -44,7 +44,7 @@ def is_flip(chain, before, after, first, second, t):  # type: ignore[no-untyped-
     return astray or angle2 > max(FLIP_TURN, 0.5 * turn) ** 2
 
 
-@njit(cache=True)
+@njit()
 def find_flips(chain, joints, poses, flips):  # type: ignore[no-untyped-def]
     """Mark the steps (S - 1,) of a path of joints (S, dof) along poses (S, 7) that are flips."""
     t = new_tracker(chain)

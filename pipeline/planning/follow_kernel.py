@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from pipeline.planning.flip_kernel import is_flip
 from pipeline.planning.tracking_kernel import avoid_limits, new_tracker, reach_pose
+from robots.compiled import njit
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _follow(chain, poses, origin, options, share, path, t):  # type: ignore[no-untyped-def]
     """Continue path[origin] to both ends of the path; NaN where it is lost."""
     reached = 1
@@ -35,7 +35,7 @@ def _follow(chain, poses, origin, options, share, path, t):  # type: ignore[no-u
     return reached
 
 
-@njit(cache=True)
+@njit()
 def follow_until_complete(  # type: ignore[no-untyped-def]
     chain, poses, origins, seeds, options, share, apart, paths
 ):

@@ -10,16 +10,16 @@ the last waypoint has come from the first one without a flip.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from baselines.clock import pose_key, uniform
 from pipeline.planning.flip_kernel import is_flip
 from pipeline.planning.tracking_kernel import avoid_limits, new_tracker, reach_pose
+from robots.compiled import njit
 
 GROWTH = 1.5  # of the distance between samples where they are too many
 
 
-@njit(cache=True)
+@njit()
 def thinned(joints, order, gap, chosen):  # type: ignore[no-untyped-def]
     """Choose rows at a distance from one another, the first in order first.
 
@@ -57,7 +57,7 @@ def thinned(joints, order, gap, chosen):  # type: ignore[no-untyped-def]
         gap *= GROWTH
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def _set_bias(chain, goal, remaining, kind, share, size, key, counter, t):  # type: ignore[no-untyped-def]
     """Write the null-space motion of one copy of a sample into t.bias."""
     if kind == 0 and goal.shape[0] > 0:
@@ -70,7 +70,7 @@ def _set_bias(chain, goal, remaining, kind, share, size, key, counter, t):  # ty
             t.bias[k] = size * (2.0 * uniform(key, counter * t.q.shape[0] + k) - 1.0)
 
 
-@njit(cache=True)
+@njit()
 def search(  # type: ignore[no-untyped-def]
     chain, poses, starts, goal, options, copies, share, size, gap, nodes, parents, costs, counts
 ):
@@ -128,7 +128,7 @@ def search(  # type: ignore[no-untyped-def]
     return poses.shape[0]
 
 
-@njit(cache=True)
+@njit()
 def cheapest_path(candidates, prices, chosen):  # type: ignore[no-untyped-def]
     """Choose one candidate a waypoint with the least squared travel and price (Viterbi).
 
@@ -157,7 +157,7 @@ def cheapest_path(candidates, prices, chosen):  # type: ignore[no-untyped-def]
         chosen[i - 1] = parent[i, chosen[i]]
 
 
-@njit(cache=True)
+@njit()
 def relax(chain, poses, options, sweeps, joints):  # type: ignore[no-untyped-def]
     """Smooth a path of joints (S, dof) in its null space, in place; the ends stay.
 

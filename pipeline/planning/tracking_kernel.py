@@ -12,11 +12,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from baselines.damped_step import damped_step
 from baselines.linearise import Linearisation, find_error, new_linearisation, set_target
+from robots.compiled import njit
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ class Tracker(NamedTuple):
     middle: Array
 
 
-@njit(cache=True)
+@njit()
 def new_tracker(chain):  # type: ignore[no-untyped-def]
     """Room for the chain of a robot."""
     dof = chain.lower.shape[0]
@@ -63,7 +63,7 @@ def new_tracker(chain):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
+@njit()
 def reach_pose(chain, pose, options, biased, t):  # type: ignore[no-untyped-def]
     """Descend from t.q to a pose (7,) and say whether it was reached; t.q is where it ended.
 
@@ -91,7 +91,7 @@ def reach_pose(chain, pose, options, biased, t):  # type: ignore[no-untyped-def]
     return False
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(no_cpython_wrapper=True)
 def avoid_limits(chain, share, t):  # type: ignore[no-untyped-def]
     """Write a null-space motion of every joint away from its limits, by the cube of its position.
 

@@ -92,6 +92,25 @@ def test_the_commit_of_a_repository_around_this_one_is_not_ours(
     assert len(provenance.commit()) == 12
 
 
+@pytest.mark.usefixtures("fresh_commit")
+def test_changed_code_is_a_change_and_a_changed_result_is_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "results").mkdir()
+    code, result = tmp_path / "code.py", tmp_path / "results" / "table.csv"
+    for file in (code, result):
+        file.write_text("")
+    author = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
+    for command in (["init", "-q"], ["add", "."], [*author, "commit", "-qm", "one"]):
+        subprocess.run(["git", "-C", str(tmp_path), *command], check=True)
+    monkeypatch.setattr(provenance, "FOLDER", tmp_path)
+    result.write_text("1")
+    assert not provenance.commit().endswith("+changes")
+    provenance.commit.cache_clear()
+    code.write_text("1")
+    assert provenance.commit().endswith("+changes")
+
+
 def test_the_wheel_has_every_package() -> None:
     settings = tomllib.loads((FOLDER / "pyproject.toml").read_text(encoding="utf-8"))
     named = settings["tool"]["setuptools"]["packages"]

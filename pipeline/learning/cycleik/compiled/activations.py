@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from robots.compiled import njit
 
 GELU_SLOPE = 0.7978845608  # sqrt(2 / pi); with GELU_CUBE: Hendrycks and Gimpel, arXiv 1606.08415
 GELU_CUBE = 0.044715
@@ -21,7 +22,7 @@ _Q0, _Q1, _Q2, _Q3, _Q4 = (
 )
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@njit(error_model="numpy", fastmath={"contract"})
 def tanh_rational(x):  # type: ignore[no-untyped-def]
     """Hyperbolic tangent, to 4e-7: no branch and no call, so that loops over it become vectors."""
     x = min(max(x, np.float32(-TANH_END)), np.float32(TANH_END))
@@ -31,7 +32,7 @@ def tanh_rational(x):  # type: ignore[no-untyped-def]
     return x * above / below
 
 
-@njit(cache=True, _nrt=False, error_model="numpy", fastmath={"contract"})
+@njit(_nrt=False, error_model="numpy", fastmath={"contract"})
 def gelu_values(values, begin, end):  # type: ignore[no-untyped-def]
     """GELU, by its tanh, of values[begin:end], in place."""
     half, one = np.float32(0.5), np.float32(1)
@@ -42,7 +43,7 @@ def gelu_values(values, begin, end):  # type: ignore[no-untyped-def]
         line[k] = half * x * (one + tanh_rational(slope * (x + cube * x * x * x)))
 
 
-@njit(cache=True, _nrt=False, error_model="numpy", fastmath={"contract"})
+@njit(_nrt=False, error_model="numpy", fastmath={"contract"})
 def tanh_values(values, begin, end):  # type: ignore[no-untyped-def]
     """Hyperbolic tangent of values[begin:end], in place."""
     line = values[begin:end]

@@ -15,7 +15,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from pipeline.learning.cycleik.compiled.activations import gelu_values, tanh_values
@@ -30,6 +29,7 @@ from pipeline.learning.cycleik.compiled.ranking import (
 from pipeline.learning.cycleik.experts import Experts, host
 from pipeline.learning.networks import MATRIX_POSE_SIZE
 from robots.chain import Chain
+from robots.compiled import njit
 
 Array = NDArray[np.float64]
 Array32 = NDArray[np.float32]
@@ -126,7 +126,7 @@ def _aligned(array: Array32) -> Array32:
     return copy
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def find_features(box, poses, row, features, begin):  # type: ignore[no-untyped-def]
     """Write what the experts see of a pose, the scaled position and the rotation matrix.
 
@@ -151,7 +151,7 @@ def find_features(box, poses, row, features, begin):  # type: ignore[no-untyped-
     features[begin + 11] = 1 - 2 * (x * x + y * y)
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _nearest(distances, begin, count):  # type: ignore[no-untyped-def]
     """Return the index of the smallest of some distances, the first of equal ones."""
     nearest, least = 0, distances[begin]
@@ -161,7 +161,7 @@ def _nearest(distances, begin, count):  # type: ignore[no-untyped-def]
     return nearest
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _sort_rows(order, starts):  # type: ignore[no-untyped-def]
     """Write into order[1] the rows in the order of their cells, which order[0] holds."""
     cells = starts.shape[0] - 1
@@ -177,7 +177,7 @@ def _sort_rows(order, starts):  # type: ignore[no-untyped-def]
         starts[cell] += 1
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def _find_cells(experts, poses, work):  # type: ignore[no-untyped-def]
     """Sort poses (N, 7) by their cells, into work.order."""
     box, gate, values, order = experts.box, experts.gate, work.values, work.order
@@ -193,7 +193,7 @@ def _find_cells(experts, poses, work):  # type: ignore[no-untyped-def]
     _sort_rows(order, work.starts)
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _run_layers(experts, cell, poses, begin, end, work):  # type: ignore[no-untyped-def]
     """Take sorted rows of poses through the expert of a cell; returns where the outputs begin."""
     box, means, sizes, layers = experts.box, experts.means, experts.sizes, experts.layers
@@ -221,7 +221,7 @@ def _run_layers(experts, cell, poses, begin, end, work):  # type: ignore[no-unty
     return place
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def answer(chain, experts, poses, weights, joints, errors, work):  # type: ignore[no-untyped-def]
     """Answer poses, see `answer_rows`, in arrays of the caller: `make_work(experts, N, K)`."""
     _find_cells(experts, poses, work)
@@ -241,7 +241,7 @@ def answer(chain, experts, poses, weights, joints, errors, work):  # type: ignor
         begin = end
 
 
-@njit(cache=True)
+@njit()
 def make_work(experts, count, heads):  # type: ignore[no-untyped-def]
     """Return `Work` for so many poses and so many hypotheses of each."""
     cells, depth = experts.means.shape
@@ -260,7 +260,7 @@ def make_work(experts, count, heads):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def answer_rows(chain, experts, poses, weights, joints, errors):  # type: ignore[no-untyped-def]
     """Answer poses on one thread; other threads of Python run meanwhile.
 

@@ -16,10 +16,12 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.core import cgutils, codegen, config
 from numba.extending import intrinsic
 from numpy.typing import NDArray
+
+from robots.compiled import njit
 
 VECTOR = 16  # floats of a vector; widths of layers are padded to a multiple of it
 PANELS = (64, 32, 16)  # widths of panels, widest first; 64 columns of 128 rows fit the first cache
@@ -167,7 +169,7 @@ def _tile(  # type: ignore[no-untyped-def]
     return signature, codegen_of
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _panel(values, start, rows, depth, packed, begin, columns, place, step, most, vectors):  # type: ignore[no-untyped-def]
     """One panel: tiles of `ROWS` rows and `most` vectors, the rest of the rows one by one."""
     row = 0
@@ -186,7 +188,7 @@ def _panel(values, start, rows, depth, packed, begin, columns, place, step, most
         row += 1
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def linear(values, start, rows, depth, packed, begin, width, place):  # type: ignore[no-untyped-def]
     """Rows through a linear layer: outputs = inputs weight + bias.
 

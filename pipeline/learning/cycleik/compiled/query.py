@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from baselines.clock import now_ns
 from baselines.compiled_query import REFUSED, take_initial, take_pose, turn_nearest
 from baselines.lm_kernel import FOUND, first_start_only
 from baselines.lm_query import refine_query
-from pipeline.learning.cycleik.compiled.answers import answer_rows
+from pipeline.learning.cycleik.compiled.answers import answer as write_answers
+from pipeline.learning.cycleik.compiled.answers import make_work
+from robots.compiled import njit
+from robots.rows import copy_row
 
 
-@njit(cache=True)
+@njit()
 def in_domain(experts, pose):  # type: ignore[no-untyped-def]
     """Whether a pose (7,) lies in the box that the network was trained in."""
     for axis in range(3):
@@ -22,7 +24,7 @@ def in_domain(experts, pose):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True)
+@njit()
 def refined_query(  # type: ignore[no-untyped-def]
     pose,
     initial,
@@ -65,25 +67,30 @@ def refined_query(  # type: ignore[no-untyped-def]
     seeds = np.empty((given + max(tried, 1), dof))
     if not (take_pose(pose, targets[0]) and take_initial(initial, joints, seeds)):
         return REFUSED, 0, 0, 0
-    if given > 0:
-        # A guess that leads to a solution spares the network; of what it cost nothing is kept.
-        once = first_start_only(options)
-        outcome = refine_query(chain, targets[0], seeds[:given], library, once, answer, timed)
-        if outcome[0] == FOUND:
-            turn_nearest(initial, joints, answer)
-            return outcome
     timespec = np.empty(2, dtype=np.int64)
-    began = now_ns(timespec)
-    used = given
-    if in_domain(experts, targets[0]):
-        used = given + tried
-        hypotheses, errors = np.empty((1, heads, dof)), np.empty((1, heads, 2))
-        answer_rows(chain, experts, targets, weights, hypotheses, errors)
-        seeds[given:used] = hypotheses[0, :tried]
-    elif given == 0:
-        used = 1
-        seeds[0] = home
-    outcome = refine_query(chain, targets[0], seeds[:used], library, options, answer, timed)
+    once, used, began = first_start_only(options), given, np.int64(0)
+    # A guess that leads to a solution spares the network; of what it cost nothing is kept. One loop
+    # for both descents: two calls would be compiled as two.
+    asked = given == 0
+    while True:
+        if asked:
+            began = now_ns(timespec)
+            if in_domain(experts, targets[0]):
+                used = given + tried
+                hypotheses, errors = np.empty((1, heads, dof)), np.empty((1, heads, 2))
+                work = make_work(experts, 1, heads)
+                write_answers(chain, experts, targets, weights, hypotheses, errors, work)
+                for k in range(tried):
+                    copy_row(hypotheses[0, k], seeds[given + k])
+            elif given == 0:
+                used = 1
+                copy_row(home, seeds[0])
+        chosen = options if asked else once
+        status, iterations, starts, spent = refine_query(
+            chain, targets[0], seeds[:used], library, chosen, answer, timed
+        )
+        if asked or status == FOUND:
+            break
+        asked = True
     turn_nearest(initial, joints, answer)
-    status, iterations, starts, _ = outcome
-    return status, iterations, starts, now_ns(timespec) - began
+    return status, iterations, starts, now_ns(timespec) - began if asked else spent

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from robots.compiled import njit
 from robots.frames import composed, constant_frame, slid, turned
 from robots.trigonometry import sine_cosine
 
@@ -25,7 +24,7 @@ _A0, _A1, _A2, _A3, _A4, _A5, _A6, _A7, _A8 = (
 )  # fmt: skip
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@njit(error_model="numpy", fastmath={"contract"})
 def arc_sine(x):  # type: ignore[no-untyped-def]
     """Angle of a sine in [0, 1], to 3e-13, without a branch or a call.
 
@@ -39,7 +38,7 @@ def arc_sine(x):  # type: ignore[no-untyped-def]
     return math.pi / 2 - 2.0 * angle if upper else angle
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _frame_of(frames, lane):  # type: ignore[no-untyped-def]
     """Frame tuple of a lane."""
     return (
@@ -50,14 +49,14 @@ def _frame_of(frames, lane):  # type: ignore[no-untyped-def]
     )  # fmt: skip
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _keep_frame(frames, lane, frame):  # type: ignore[no-untyped-def]
     """Write the frame tuple of a lane."""
     for i in range(FRAME):
         frames[i * LANES + lane] = frame[i]
 
 
-@njit(cache=True, _nrt=False, error_model="numpy", fastmath={"contract"})
+@njit(_nrt=False, error_model="numpy", fastmath={"contract"})
 def tips_of_lanes(chain, joints, begin, frames):  # type: ignore[no-untyped-def]
     """Frames of the tip for a block of lanes.
 
@@ -88,7 +87,7 @@ def tips_of_lanes(chain, joints, begin, frames):  # type: ignore[no-untyped-def]
                 _keep_frame(frames, lane, composed(frame, constant))
 
 
-@njit(cache=True, _nrt=False, error_model="numpy", fastmath={"contract"})
+@njit(_nrt=False, error_model="numpy", fastmath={"contract"})
 def errors_of_lanes(frames, goals, weights, errors, begin):  # type: ignore[no-untyped-def]
     """Distance [m], angle [rad] and weighted sum of both between frames and goals.
 
@@ -115,7 +114,7 @@ def errors_of_lanes(frames, goals, weights, errors, begin):  # type: ignore[no-u
         kept[2 * LANES + lane] = of_distance * distance + of_angle * angle
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _goal(poses, row):  # type: ignore[no-untyped-def]
     """Frame tuple of the pose in a row of (N, 7)."""
     w, x, y, z = poses[row, 3], poses[row, 4], poses[row, 5], poses[row, 6]
@@ -127,13 +126,13 @@ def _goal(poses, row):  # type: ignore[no-untyped-def]
     )  # fmt: skip
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _place(lane, numbers):  # type: ignore[no-untyped-def]
     """Where the first number of a lane is kept, of so many for each lane of a block."""
     return lane // LANES * (numbers * LANES) + lane % LANES
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def measure_outputs(  # type: ignore[no-untyped-def]
     chain, scaling, poses, order, begin, end, heads, outputs, place, width, weights, work
 ):
@@ -173,7 +172,7 @@ def measure_outputs(  # type: ignore[no-untyped-def]
         errors_of_lanes(work.frames, goals, weights, work.errors, first * ERRORS)
 
 
-@njit(cache=True, _nrt=False)
+@njit(_nrt=False)
 def rank_lanes(order, begin, end, work, joints, errors):  # type: ignore[no-untyped-def]
     """Write hypotheses that `measure_outputs` has measured, those of a row best first.
 
