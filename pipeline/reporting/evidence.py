@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 
 import pandas as pd
@@ -40,11 +41,11 @@ class Evidence:
 
     Attributes:
         root: Folder that the others are named from.
-        folders: Folders of CSV tables below it.
+        folders: Folders of CSV tables below it, or patterns of them.
     """
 
     root: Path
-    folders: Sequence[str] = ("paper/table_one", "paper/tables", "studies")
+    folders: Sequence[str] = ("paper/table_one/*", "paper/tables", "studies")
     _read: dict[str, pd.DataFrame] = field(default_factory=dict, repr=False)
 
     def line(self, table: str, column: str, **named: str) -> tuple[pd.Series, str] | None:
@@ -55,8 +56,9 @@ class Evidence:
             column: That the line must have a value in; a table in another folder may have it.
             **named: Cells by column that tell the line from the others.
         """
-        for folder in self.folders:
-            name = f"{folder}/{table}.csv"
+        paths = (sorted(self.root.glob(f"{folder}/{table}.csv")) for folder in self.folders)
+        for path in chain.from_iterable(paths):
+            name = path.relative_to(self.root).as_posix()
             rows = self._table(name)
             if not {column, *named} <= set(rows.columns):
                 continue
@@ -107,6 +109,5 @@ class Evidence:
 
     def _table(self, name: str) -> pd.DataFrame:
         if name not in self._read:
-            path = self.root / name
-            self._read[name] = pd.read_csv(path) if path.exists() else pd.DataFrame()
+            self._read[name] = pd.read_csv(self.root / name)
         return self._read[name]
