@@ -168,12 +168,6 @@ class CompiledQuerySolver(Solver):
             outcome = self._answer(poses[0], first, answer)
             if outcome is not None:
                 return _solution(answer, *outcome)
-        return self._solve_array(poses, initial, budget)
-
-    def _solve_array(
-        self, poses: ArrayLike, initial: ArrayLike | None, budget: Budget | None
-    ) -> Solution:
-        """Solve by the array API, whose checks name what is wrong."""
         return super().solve(poses, initial, budget)
 
     def _answer(

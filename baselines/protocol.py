@@ -185,13 +185,18 @@ class Solver(ABC):
         """
         targets = check_poses(poses)
         robot = self.robot
-        seeds = check_initial(
-            initial, len(targets), robot.home, robot.lower, robot.upper, robot.endless
-        )
+        guesses = None
+        if initial is not None:
+            limits = robot.lower, robot.upper, robot.endless
+            guesses = check_initial(initial, len(targets), robot.home, *limits)
         chosen = self.budget if budget is None else self._validated_budget(budget)
         if len(targets) == 0:
             return Solution.empty(0, self.robot.dof)
-        return self._nearest_turns(self._solve_batch(targets, seeds, chosen), initial)
+        if guesses is None:
+            solution = self._solve_unguided(targets, chosen)
+        else:
+            solution = self._solve_batch(targets, guesses, chosen)
+        return self._nearest_turns(solution, initial)
 
     def solve_one(self, pose: ArrayLike, initial: ArrayLike | None = None) -> tuple[Array, bool]:
         """Find joints whose tip pose is `pose`, under the solver's own budget.
@@ -251,6 +256,12 @@ class Solver(ABC):
     @abstractmethod
     def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
         """Solve checked poses (N, 7), N > 0, from initial guesses (N, dof) inside the limits."""
+
+    def _solve_unguided(self, poses: Array, budget: Budget | None) -> Solution:
+        """Solve checked poses (N, 7), N > 0, without a guess: from home if it knows no better."""
+        robot = self.robot
+        home = check_initial(None, len(poses), robot.home, robot.lower, robot.upper)
+        return self._solve_batch(poses, home, budget)
 
     def _validated_budget(self, budget: Budget) -> Budget:
         given = {kind for kind in ("time_s", "iterations") if getattr(budget, kind) is not None}

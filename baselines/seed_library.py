@@ -53,15 +53,28 @@ def build_seed_library(robot: Robot, count: int, neighbours: int, seed: int) -> 
         seed: Seed of the draw.
     """
     joints = robot.sample(count, seed=seed, collision_free=False)
-    poses = robot.forward_kinematics(joints)
+    features = pose_features(robot, robot.forward_kinematics(joints)).T.astype(np.float32)
+    return SeedLibrary(joints, features.copy(), *_metric(robot), min(neighbours, count))
+
+
+def pose_features(robot: Robot, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return poses (N, 7) as points (N, 12) whose distance is how far they are from each other.
+
+    Args:
+        robot: The robot, whose workspace gives the unit of length.
+        poses: (N, 7) in the base frame, x y z [m], then unit qw qx qy qz.
+    """
+    centre, scale = _metric(robot)
+    matrices = rotations.matrix_from_quaternion(poses[:, 3:]).reshape(len(poses), 9)
+    return np.hstack(((poses[:, :3] - centre) / scale, ROTATION_SHARE * matrices))
+
+
+def _metric(robot: Robot) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Middle of the workspace box and half of its size [m]."""
     lower, upper = np.asarray(robot.workspace, dtype=np.float64)
-    centre, scale = (lower + upper) / 2, (upper - lower) / 2
-    scale = np.where(scale > 0.0, scale, 1.0)  # the tip of a single joint may stay in a plane
-    features = np.empty((FEATURES, count), dtype=np.float32)
-    features[:3] = ((poses[:, :3] - centre) / scale).T
-    matrices = rotations.matrix_from_quaternion(poses[:, 3:])
-    features[3:] = ROTATION_SHARE * matrices.reshape(count, 9).T
-    return SeedLibrary(joints, features, centre, scale, min(neighbours, count))
+    half = (upper - lower) / 2
+    # The tip of a single joint may stay in a plane.
+    return (lower + upper) / 2, np.where(half > 0.0, half, 1.0)
 
 
 def empty_seed_library(dof: int) -> SeedLibrary:

@@ -7,11 +7,10 @@ import time
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 import baselines
 from baselines import Budget, SettingError, Solution
-from baselines.checks import check_poses
 from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
 from baselines.lm import LevenbergMarquardt
 from baselines.lm_kernel import LmOptions
@@ -124,16 +123,8 @@ class RefinedSolver(CompiledQuerySolver):
         bound = (joint_range(self.robot), self.robot.home, *arguments, self.library)
         return CompiledQuery(function, options, self.robot.dof, *bound)
 
-    def _solve_array(
-        self, poses: ArrayLike, initial: ArrayLike | None, budget: Budget | None
-    ) -> Solution:
-        if initial is not None:
-            return super()._solve_array(poses, initial, budget)
-        targets = check_poses(poses)
-        chosen = self.budget if budget is None else self._validated_budget(budget)
-        if len(targets) == 0:
-            return Solution.empty(0, self.robot.dof)
-        return self._refined(targets, np.empty((len(targets), 0, self.robot.dof)), chosen)
+    def _solve_unguided(self, poses: NDArray[np.float64], budget: Budget | None) -> Solution:
+        return self._refined(poses, np.empty((len(poses), 0, self.robot.dof)), budget)
 
     def _solve_batch(
         self, poses: NDArray[np.float64], initial: NDArray[np.float64], budget: Budget | None

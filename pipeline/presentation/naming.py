@@ -25,6 +25,7 @@ SOLVERS = {
     "bio_ik": "BioIK",
     "trac_ik": "TRAC-IK",
     "lm": "LM, compiled",
+    "lookup": "LM from a lookup",
     "pinocchio": "Pinocchio LM",
     "pinocchio_dls": "Pinocchio DLS",
     "placo": "placo",
