@@ -28,7 +28,7 @@ class Command:
 RUNNING = {
     "all": Command(
         "run.everything",
-        "every stage above but sample and compare-tuned, without DVC: robots=[...]",
+        "every stage above but those on demand (compare-tuned, suites, sample): robots=[...]",
     ),
     "paper": Command(
         "paper.paper",

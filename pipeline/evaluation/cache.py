@@ -76,6 +76,7 @@ def _solver_facts(task: EvaluationTask, config: EvaluateConfig) -> dict[str, Any
 
 def _pose_facts(task: EvaluationTask) -> dict[str, Any]:
     return {
+        **({} if task.follows is None else {"follows": array_checksum(task.follows * 1.0)}),
         "initial": HOME if task.initial is None else array_checksum(task.initial),
         "poses": len(task.poses),
         "poses_checksum": array_checksum(task.poses),

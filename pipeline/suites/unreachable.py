@@ -1,0 +1,129 @@
+"""Suite of poses that no configuration reaches, and how that is known of each.
+
+`beyond_<d>mm`: further by d than the proven bound of the reach (`pipeline.suites.reach_bound`), in
+the direction and with the orientation of a uniform configuration's tip.
+
+`orientation`: at a place at the edge of reach, which a known configuration reaches, with a uniformly
+random orientation for which a search finds nothing: the compiled Levenberg-Marquardt descends from
+so many random configurations, and even the nearest that it meets is outside a tolerance that is
+wider than that of any success. A search is no proof; what it tried stands in columns of evidence.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+import baselines
+from baselines.lm import UNLIMITED, LevenbergMarquardt
+from baselines.refine import refine
+from pipeline.evaluation.metrics import pose_errors
+from pipeline.seeding import derive_seed
+from pipeline.suites.config import UnreachableConfig
+from pipeline.suites.drawing import draw, uniform_joints
+from pipeline.suites.postures import stretched_joints
+from pipeline.suites.problems import EVIDENCE, Problems, in_turns, reached, rounded
+from pipeline.suites.singularity import scale
+
+if TYPE_CHECKING:
+    from robots import Robot
+
+Array = NDArray[np.float64]
+
+ORIENTATION = "orientation"
+MM_PER_M = 1e3
+
+
+def beyond(distance_mm: float) -> str:
+    """Return the stratum of poses that lie so far beyond reach."""
+    return f"beyond_{distance_mm:g}mm"
+
+
+def unreachable(robot: Robot, config: UnreachableConfig, seed: int) -> Problems:
+    """Poses beyond reach by each distance, and orientations that no configuration has, in turns."""
+    kinds = len(config.beyond_mm) + 1
+    counts = [len(range(kind, config.poses, kinds)) for kind in range(kinds)]
+    parts = [
+        _too_far(robot, distance, count, derive_seed(seed, beyond(distance)))
+        for distance, count in zip(config.beyond_mm, counts[:-1], strict=True)
+    ]
+    parts.append(_impossible_orientations(robot, config, counts[-1], seed))
+    return in_turns([part for part in parts if len(part)])
+
+
+def _too_far(robot: Robot, distance_mm: float, count: int, seed: int) -> Problems:
+    bound, _ = scale(robot)
+    known = draw(robot, count, seed, lambda rng: reached(robot, uniform_joints(robot, rng)))
+    offset = known.poses[:, :3] - bound.nearest(known.poses[:, :3])
+    length = np.linalg.norm(offset, axis=1, keepdims=True)
+    outward = np.where(length > 0.0, offset / np.maximum(length, 1e-12), [0.0, 0.0, 1.0])
+    far = bound.radius_m + distance_mm / MM_PER_M
+    poses = known.poses.copy()
+    poses[:, :3] = rounded(bound.farthest(outward) + far * outward)
+    nothing = np.full((count, robot.dof), np.nan)
+    evidence = _evidence(count, bound_m=bound.radius_m)
+    return Problems(poses, np.full(count, beyond(distance_mm)), nothing, None, evidence)
+
+
+def _impossible_orientations(
+    robot: Robot, config: UnreachableConfig, count: int, seed: int
+) -> Problems:
+    seed = derive_seed(seed, ORIENTATION)
+    stretched = stretched_joints(robot, config, seed)
+
+    def propose(rng: np.random.Generator) -> Problems:
+        places = reached(robot, stretched(rng), ORIENTATION)
+        turned = rng.standard_normal((len(places), 4))
+        if len(places) == 0:
+            return places
+        turned /= np.linalg.norm(turned, axis=1, keepdims=True)
+        turned *= np.where(turned[:, :1] < 0.0, -1.0, 1.0)
+        poses = np.hstack([places.poses[:, :3], rounded(turned)])
+        return _not_found(robot, config, poses, places.joints)
+
+    return _without_joints(draw(robot, count, seed, propose))
+
+
+def _not_found(robot: Robot, config: UnreachableConfig, poses: Array, places: Array) -> Problems:
+    """Those of the poses (N, 7) that the search does not find, with what it met."""
+    kernel = baselines.load("lm", robot)
+    assert isinstance(kernel, LevenbergMarquardt)
+    options = kernel.options(None)._replace(
+        position_tolerance_m=config.search_position_mm / MM_PER_M,
+        rotation_tolerance_rad=float(np.deg2rad(config.search_rotation_deg)),
+        iterations=UNLIMITED,
+        starts=config.search_starts,
+    )
+    none = np.empty((len(poses), 0, robot.dof))
+    met = refine(robot, poses, none, options)
+    errors = pose_errors(poses, robot.forward_kinematics(met.joints))
+    lost = ~met.found
+    evidence = _evidence(
+        len(poses),
+        starts=met.starts,
+        nearest_position_mm=errors.position_mm,
+        nearest_rotation_deg=errors.rotation_deg,
+    )
+    stratum = np.full(len(poses), ORIENTATION)
+    return Problems(poses, stratum, places, None, evidence).at(lost)
+
+
+def _evidence(
+    count: int, **known: NDArray[np.float64] | NDArray[np.int64] | float
+) -> dict[str, Array]:
+    """Columns of evidence, NaN where a kind of problem has none."""
+    names = ("bound_m", "starts", "nearest_position_mm", "nearest_rotation_deg")
+    values = {name: known.get(name, np.nan) for name in names}
+    return {
+        f"{EVIDENCE}{name}": np.broadcast_to(np.asarray(value, dtype=np.float64), count).copy()
+        for name, value in values.items()
+    }
+
+
+def _without_joints(problems: Problems) -> Problems:
+    """The configuration of the place moves to the evidence: it does not solve the pose."""
+    places = {f"{EVIDENCE}place_q{joint}": values for joint, values in enumerate(problems.joints.T)}
+    nothing = np.full(problems.joints.shape, np.nan)
+    return Problems(problems.poses, problems.stratum, nothing, None, {**problems.further, **places})
