@@ -42,6 +42,10 @@ RUNNING = {
         "benchmark.benchmark",
         "evaluate the numerical solvers on all robots, unattended: benchmark profile=paper",
     ),
+    "suites": Command(
+        "suites.suites_of",
+        "evaluate solvers on all suites of hard poses and print the tables: suites robot=panda",
+    ),
     "warm": Command("warm.warm", "compile the kernels before somebody waits for them"),
     "chat": Command(
         "chat.chat", "talk to a robot at its table, by text or by speech: chat robot=nicol"
@@ -56,6 +60,10 @@ LOOKING = {
     "compare": Command(
         "compare.compare",
         "what two results folders changed, in configuration and figures: compare A B",
+    ),
+    "judge": Command(
+        "judge.judge_file",
+        "score answers that another solver gave to a suite: judge FILE suite=warm robot=panda",
     ),
     "doctor": Command("look.doctor", "versions, threads, accelerator, and what is missing"),
     "paths": Command("look.paths", "where the tables, figures and the report are"),

@@ -133,7 +133,8 @@ def _solve_chunk(
     task: EvaluationTask, config: EvaluateConfig, batch_size: int, first: int, total: int
 ) -> pd.DataFrame:
     budget = accepted_budget(task.solver, config)
-    answers, times, seed_times = [], [], []
+    answers: list[Solution] = []
+    times, seed_times = [], []
     for start in range(0, len(task.poses), batch_size):
         part = task.part(start, min(start + batch_size, len(task.poses)))
         if answers and part.follows is not None and part.follows[0]:

@@ -29,8 +29,8 @@ class EvaluationTask:
         name: Name of the solver in the rows; its own where left out.
         initial: (dof,) or (N, dof) initial guesses; the robot's home configuration if None.
         seeder: Solver whose answers are the initial guesses instead, computed call by call.
-        follows: (N,) poses whose initial guess is the answer to the pose before; None for none. They
-            are solved one by one.
+        follows: (N,) poses whose initial guess is the answer to the pose before; None for none. All
+            are solved one by one then.
         code: Digest of the code behind the rows; rows of other code are not reused.
     """
 

@@ -50,9 +50,9 @@ def draw(robot: Robot, count: int, seed: int, propose: Propose) -> Problems:
         number += 1
         if number >= PATIENCE and accepted == 0:
             raise SuiteError(
-                f"none of {PATIENCE} chunks of {CHUNK} proposals for '{robot.name}' gives a problem "
-                "that is free of self-collision; look at allowed_collisions in its robot.yaml, or "
-                "leave this suite out"
+                f"none of {PATIENCE} chunks of {CHUNK} proposals for '{robot.name}' gives a "
+                "problem that is free of self-collision; look at allowed_collisions in its "
+                "robot.yaml, or leave this suite out"
             )
     return joined(kept).at(slice(count))
 

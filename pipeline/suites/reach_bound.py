@@ -1,4 +1,4 @@
-"""How far the tip can be from the first turning joint: a bound that holds by the triangle inequality.
+"""How far the tip can be from the first turning joint: a bound, by the triangle inequality.
 
 From the first revolute joint on, the tip is the sum of one vector a joint, each turned as a whole
 by the joints before it, so that it is never further away than the sum of their lengths. Three
@@ -9,8 +9,8 @@ things make the sum smaller and leave it a bound:
   need not find the smallest;
 - a sliding joint stretches its vector by as much as its limits allow. The length of a vector is
   convex in it, so that it is longest at one of the limits;
-- two neighbouring vectors are no longer together than at the angle of the joint between them, within
-  its limits, at which they are stretched most. Pairs are chosen so that the sum is smallest.
+- two neighbouring vectors are no longer together than at the angle of the joint between them,
+  within its limits, at which they are stretched most. Pairs are chosen so that the sum is smallest.
 
 Sliding joints before the first revolute one carry it along: it can be anywhere in a box, whose
 corners are known.

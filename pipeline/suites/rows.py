@@ -30,7 +30,7 @@ COLUMNS = {  # beside those of pipeline.evaluation.rows
 
 
 def initial(problems: Problems, robot: Robot) -> Array | None:
-    """Return where solvers start, (N, dof); home where a pose follows another, None for no start."""
+    """Return where solvers start, (N, dof); home where a pose follows another."""
     if problems.start is None:
         return None
     return np.where(np.isnan(problems.start), robot.home, problems.start)

@@ -3,9 +3,10 @@
 A trajectory is the image of a path in joint space: a parabola through three configurations, the
 middle one uniform or near a singular one, driven with minimum jerk (Flash and Hogan, 1985) from
 rest to rest. Its ends are drawn so that every joint has a part in it, however slow it is, and its
-speed is such that the fastest joint takes a given share of its limit. The whole path keeps limits and is free of self-collision at every waypoint, so that following it is possible;
-a solver is given the poses one after the other, the first with the known configuration as its start
-and every other with its own answer to the one before.
+speed is such that the fastest joint takes a given share of its limit. The whole path keeps limits
+and is free of self-collision at every waypoint, so that following it is possible. A solver is given
+the poses one after the other, the first with the known configuration as its start and every other
+with its own answer to the one before.
 """
 
 from __future__ import annotations

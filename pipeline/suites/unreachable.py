@@ -3,10 +3,10 @@
 `beyond_<d>mm`: further by d than the proven bound of the reach (`pipeline.suites.reach_bound`), in
 the direction and with the orientation of a uniform configuration's tip.
 
-`orientation`: at a place at the edge of reach, which a known configuration reaches, with a uniformly
-random orientation for which a search finds nothing: the compiled Levenberg-Marquardt descends from
-so many random configurations, and even the nearest that it meets is outside a tolerance that is
-wider than that of any success. A search is no proof; what it tried stands in columns of evidence.
+`orientation`: at a place at the edge of reach, which a known configuration reaches, with a random
+orientation for which a search finds nothing: the compiled Levenberg-Marquardt descends from so many
+random configurations, and even the nearest that it meets is outside a tolerance that is wider than
+that of any success. A search is no proof; what it tried stands in columns of evidence.
 """
 
 from __future__ import annotations
