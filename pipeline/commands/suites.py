@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from pipeline.artifacts import Artifacts
 from pipeline.commands.arguments import command_parser
 from pipeline.config import compose, group_choices
 from pipeline.data.tables import read_metadata, read_table
@@ -62,11 +65,26 @@ def _names(arguments: list[str]) -> tuple[list[str], list[str]]:
     return names, overrides
 
 
+def of_suite(path: Path, folders: Artifacts) -> bool:
+    """Say whether rows are of the suite as it is now; those of an earlier one are named."""
+    suite = folders.find(
+        folders.suite(path.parent.parent.name, path.parent.name).relative_to(folders.root)
+    )
+    same = (
+        suite is not None
+        and read_metadata(path)["suite_checksum"] == read_metadata(suite)["suite_checksum"]
+    )
+    if not same:
+        LOGGER.warning("%s is left out: its rows are of another version or size of it", path)
+    return same
+
+
 def _tables_of(config: Config, names: list[str]) -> list[str]:
     """Tables of the robot's rows as Markdown, those of the given suites."""
     robot, folders = config.robot.name, artifacts(config)
     places = [folders.evaluate_suite(robot, name, "").parent for name in names]
     paths = [path for place in places for path in sorted(place.glob("[!.]*.parquet"))]
+    paths = [path for path in paths if of_suite(path, folders)]
     rows: Rows = {(robot, path.parent.name, path.stem): read_table(path) for path in paths}
     command = f"python -m pipeline suites robot={config.robot.name} profile={config.profile}"
     origin = origin_of(command, [read_metadata(path) for path in paths], config.profile)

@@ -194,9 +194,20 @@ def _raw_rows(results: Results, path: Path) -> pd.DataFrame | None:
 def _read_suites(results: Results, place: Path) -> None:
     for path in _files(place, "*/*.parquet"):
         rows = _raw_rows(results, path)
-        if rows is not None:
+        if rows is not None and _of_present_suite(results, path):
             results.suites[place.name, path.parent.name, str(rows.solver.iloc[0])] = rows
             results.keep_card(path)
+
+
+def _of_present_suite(results: Results, path: Path) -> bool:
+    """Whether rows are of the suite that lies there; without one nobody knows, and they count."""
+    robot, suite = path.parts[-3:-1]
+    present = results.folder / "suite" / robot / f"{suite}.parquet"
+    facts = _try(results, present, read_metadata) if present.exists() else None
+    same = facts is None or facts["suite_checksum"] == read_metadata(path)["suite_checksum"]
+    if not same:
+        results.notes.append(f"{_short(results, path)} is of another version or size of the suite.")
+    return same
 
 
 def _read_plan(results: Results, place: Path) -> None:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 STEPS = 200  # of the climb to the edge of reach
+GRAIN_DECIMALS = 6  # of joints on the way: the last bits of a machine do not add up over the steps
 FIRST_STEP, SHORTER = 0.3, 0.97  # rad or m; each step of the climb is so much of the one before
 
 
@@ -153,6 +154,8 @@ def _climb(robot: Robot, joints: Array, wanted: Array) -> tuple[Array, Array]:
             break
         slope = np.einsum("nid,ni->nd", robot.jacobian(at)[:, :3], offset)
         slope /= np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-12)
-        joints[moving] = np.clip(at + step * slope, robot.lower, robot.upper)
+        joints[moving] = np.clip(
+            np.round(at + step * slope, GRAIN_DECIMALS), robot.lower, robot.upper
+        )
         step *= SHORTER
     return best, farthest

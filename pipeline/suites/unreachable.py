@@ -11,10 +11,11 @@ that of any success. A search is no proof; what it tried stands in columns of ev
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 import baselines
 from baselines.lm import UNLIMITED, LevenbergMarquardt
@@ -63,7 +64,7 @@ def _too_far(robot: Robot, distance_mm: float, count: int, seed: int) -> Problem
     poses = known.poses.copy()
     poses[:, :3] = rounded(bound.farthest(outward) + far * outward)
     nothing = np.full((count, robot.dof), np.nan)
-    evidence = _evidence(count, bound_m=bound.radius_m)
+    evidence = _evidence(nothing, bound_m=bound.radius_m)
     return Problems(poses, np.full(count, beyond(distance_mm)), nothing, None, evidence)
 
 
@@ -83,11 +84,19 @@ def _impossible_orientations(
         poses = np.hstack([places.poses[:, :3], rounded(turned)])
         return _not_found(robot, config, poses, places.joints)
 
-    return _without_joints(draw(robot, count, seed, propose))
+    found = draw(robot, count, seed, propose)
+    return replace(found, joints=np.full(found.joints.shape, np.nan))
 
 
 def _not_found(robot: Robot, config: UnreachableConfig, poses: Array, places: Array) -> Problems:
-    """Those of the poses (N, 7) that the search does not find, with what it met."""
+    """Those of the poses (N, 7) that the search does not find, with what it met.
+
+    Args:
+        robot: The robot.
+        config: How much is searched, and what would have been found.
+        poses: (N, 7) targets.
+        places: (N, dof) configurations whose tip is at the same place.
+    """
     kernel = baselines.load("lm", robot)
     assert isinstance(kernel, LevenbergMarquardt)
     options = kernel.options(None)._replace(
@@ -96,34 +105,27 @@ def _not_found(robot: Robot, config: UnreachableConfig, poses: Array, places: Ar
         iterations=UNLIMITED,
         starts=config.search_starts,
     )
-    none = np.empty((len(poses), 0, robot.dof))
-    met = refine(robot, poses, none, options)
+    met = refine(robot, poses, np.empty((len(poses), 0, robot.dof)), options)
     errors = pose_errors(poses, robot.forward_kinematics(met.joints))
-    lost = ~met.found
     evidence = _evidence(
-        len(poses),
+        places,
         starts=met.starts,
         nearest_position_mm=errors.position_mm,
         nearest_rotation_deg=errors.rotation_deg,
     )
     stratum = np.full(len(poses), ORIENTATION)
-    return Problems(poses, stratum, places, None, evidence).at(lost)
+    return Problems(poses, stratum, places, None, evidence).at(~met.found)
 
 
-def _evidence(
-    count: int, **known: NDArray[np.float64] | NDArray[np.int64] | float
-) -> dict[str, Array]:
-    """Columns of evidence, NaN where a kind of problem has none."""
-    names = ("bound_m", "starts", "nearest_position_mm", "nearest_rotation_deg")
-    values = {name: known.get(name, np.nan) for name in names}
-    return {
-        f"{EVIDENCE}{name}": np.broadcast_to(np.asarray(value, dtype=np.float64), count).copy()
-        for name, value in values.items()
-    }
+def _evidence(places: Array, **known: ArrayLike) -> dict[str, Array]:
+    """Columns of evidence, NaN where a kind of problem has none.
 
-
-def _without_joints(problems: Problems) -> Problems:
-    """The configuration of the place moves to the evidence: it does not solve the pose."""
-    places = {f"{EVIDENCE}place_q{joint}": values for joint, values in enumerate(problems.joints.T)}
-    nothing = np.full(problems.joints.shape, np.nan)
-    return Problems(problems.poses, problems.stratum, nothing, None, {**problems.further, **places})
+    Args:
+        places: (N, dof) configurations that reach the place, if not the pose.
+        **known: What else is known, by name.
+    """
+    values = {f"place_q{joint}": column for joint, column in enumerate(places.T)}
+    for name in ("bound_m", "starts", "nearest_position_mm", "nearest_rotation_deg"):
+        value = np.asarray(known.get(name, np.nan), dtype=np.float64)
+        values[name] = np.broadcast_to(value, len(places)).copy()
+    return {f"{EVIDENCE}{name}": value for name, value in values.items()}
