@@ -103,7 +103,7 @@ LEADERS = (
     text("best", "best", convert=solver_title),
     *under("its rate [%]", share("best_share", "share"), share("best_low", "from")),
     text("second", "second", convert=solver_title),
-    *under("its rate [%] ", share("second_share", "share"), share("second_high", "to")),
+    *under("its rate [%]", share("second_share", "share"), share("second_high", "to")),
     text("apart", "apart"),
 )
 

@@ -12,9 +12,7 @@ import pytest
 
 import baselines
 from pipeline.config import group_choices
-from pipeline.data.files import read_yaml
-from pipeline.locations import CONF_DIR
-from pipeline.suites.config import CLASSES, SuiteConfig
+from pipeline.suites.config import CLASSES
 from pipeline.suites.drawing import SuiteError
 from pipeline.suites.generators import (
     GENERATORS,
@@ -26,11 +24,10 @@ from pipeline.suites.generators import (
 from pipeline.suites.problems import checksum, from_frame, to_frame
 from pipeline.suites.singularity import scale, smallest_singular_value
 from robots import Robot, load_robot
+from tests.suites import POSES, config_of, known_checksums
 
-HERE = Path(__file__).parent
-FIXTURES = HERE.parents[1] / "fixtures"
-ROBOTS = ("panda", "fetch", "mixed")
-POSES = 40
+FIXTURES = Path(__file__).parents[2] / "fixtures"
+ROBOTS = ("panda", "mixed")  # all others: tests/slow/test_all_suites.py
 SUITES = group_choices("suite")
 
 
@@ -38,11 +35,6 @@ SUITES = group_choices("suite")
 def robot_of(name: str) -> Robot:
     mixed = {"urdf": FIXTURES / "mixed.urdf", "tip": "tool"}
     return load_robot(**mixed) if name == "mixed" else load_robot(name)
-
-
-def config_of(suite: str) -> SuiteConfig:
-    values = read_yaml(CONF_DIR / "suite" / f"{suite}.yaml")
-    return CLASSES[values["generator"]](**values, poses=POSES, trajectories=2)
 
 
 @cache
@@ -58,11 +50,8 @@ def test_every_suite_has_a_generator_and_a_class() -> None:
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_a_version_has_the_content_that_it_had(robot: str, suite: str) -> None:
     """Where this fails the generator has changed: raise `version` and add the new checksum."""
-    known = pd.read_csv(HERE / "checksums.csv")
     made = suite_of(robot, suite)
-    line = known[(known.robot == robot) & (known.suite == suite)]
-    line = line[line.version == made.version]
-    assert line.checksum.tolist() == [made.checksum]
+    assert known_checksums(robot, suite, made.version) == [made.checksum]
 
 
 @pytest.mark.parametrize("suite", SUITES)
