@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.evaluation.statistics import wilson_interval
+from pipeline.evaluation.statistics import Interval, wilson_interval
 from pipeline.presentation.columns import (
     ROBOT,
     SOLVER,
@@ -31,6 +31,8 @@ Rows = Mapping[tuple[str, str, str], pd.DataFrame]
 Flags = NDArray[np.bool_]
 
 UNREACHABLE, TRACKING = "unreachable", "tracking"
+QUICK_MS = 0.1  # where all succeed in the end, who does so within this time tells them apart
+QUICK = f"within {QUICK_MS:g} ms"
 JUMP = 0.1  # rad or m from one waypoint to the next that no trajectory asks for
 US_PER_S, US_PER_MS = 1e6, 1e3
 
@@ -67,6 +69,7 @@ SUITES = (
     SOLVER,
     count("poses", "poses"),
     *_rate("success [%]", "success"),
+    *_rate(f"{QUICK} [%]", "quick"),
     *_time("time [ms]"),
     *_nearest("mean error of the missed"),
 )
@@ -100,6 +103,7 @@ FOLLOWED = (
 LEADERS = (
     ROBOT,
     SUITE,
+    text("rate", "rate"),
     text("best", "best", convert=solver_title),
     *under("its rate [%]", share("best_share", "share"), share("best_low", "from")),
     text("second", "second", convert=solver_title),
@@ -161,26 +165,28 @@ def tracking(rows: Rows, config: ReportConfig) -> Table:
 
 def leaders(rows: Rows, config: ReportConfig) -> Table:
     """The best and the second-best solver of each suite and robot, and whether they are apart."""
-    lines = pd.DataFrame([{**names, **_leading(part, config)} for names, part in _each(rows)])
+    ranked: dict[tuple[str, str, str], list[tuple[str, Interval]]] = {}
+    for names, part in _each(rows):
+        for rate, interval in _rates(part, config).items():
+            key = (names["robot"], names["suite"], rate)
+            ranked.setdefault(key, []).append((names["solver"], interval))
     found = []
-    for (robot, suite), group in (
-        lines.groupby(["robot", "suite"], sort=False) if len(lines) else ()
-    ):
+    for (robot, suite, rate), group in ranked.items():
         if len(group) < 2:
             continue
-        ranked = group.sort_values("success_share", ascending=False, kind="stable")
-        best, second = ranked.iloc[0], ranked.iloc[1]
+        (best, first), (second, other) = sorted(group, key=lambda each: -each[1].estimate)[:2]
         found.append(
             {
                 "robot": robot,
                 "suite": suite,
-                "best": best.solver,
-                "best_share": best.success_share,
-                "best_low": best.success_low,
-                "second": second.solver,
-                "second_share": second.success_share,
-                "second_high": second.success_high,
-                "apart": "yes" if best.success_low > second.success_high else "no",
+                "rate": rate,
+                "best": best,
+                "best_share": first.estimate,
+                "best_low": first.low,
+                "second": second,
+                "second_share": other.estimate,
+                "second_high": other.high,
+                "apart": "yes" if first.low > other.high else "no",
             }
         )
     return Table.of(
@@ -188,7 +194,8 @@ def leaders(rows: Rows, config: ReportConfig) -> Table:
         LEADERS,
         name="suite_leaders",
         title="Who leads in each suite, and whether that is certain",
-        caption="Rates are success, true no (unreachable) and trajectories followed (tracking). "
+        caption=f"Rates are success, success {QUICK}, true no (unreachable; who always says no has "
+        "all of these) and trajectories followed (tracking). "
         f"Apart: the {config.confidence * 100:g} % Wilson intervals do not overlap.",
     )
 
@@ -219,40 +226,58 @@ def _by(
             yield from (part for part in mine if part[1] == kind)
 
 
-def _leading(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
-    suite = rows.suite.iloc[0]
+def _rates(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Interval]:
+    """The rates by which solvers are ranked in a suite."""
+    suite, solved = rows.suite.iloc[0], _solved(rows, config)
     if suite == UNREACHABLE:
-        return _true_no(rows, config)
-    return _followed(rows, config) if suite == TRACKING else _success(rows, config)
+        return {"true no": _interval(~rows.found.to_numpy(dtype=bool), config)}
+    if suite == TRACKING:
+        return {"followed": _interval(_follows(rows, config), config)}
+    rates = {"success": _interval(solved, config)}
+    if (quick := _quick(rows)) is not None:
+        rates[QUICK] = _interval(solved & quick, config)
+    return rates
+
+
+def _quick(rows: pd.DataFrame) -> Flags | None:
+    """(N,) which calls took no longer than `QUICK_MS`; None for rows without times."""
+    times = rows.time_per_pose_us
+    return None if times.isna().any() else np.asarray(times <= QUICK_MS * US_PER_MS)
 
 
 def _success(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
-    solved = _solved(rows, config)
-    return {**_interval(solved, config), **_errors(rows[~solved])}
+    solved, quick = _solved(rows, config), _quick(rows)
+    sooner = {} if quick is None else _counts(solved & quick, config, "quick")
+    nothing = dict.fromkeys(("quick_share", "quick_low", "quick_high"))
+    return {**_counts(solved, config), **nothing, **sooner, **_errors(rows[~solved])}
 
 
 def _true_no(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
     claimed = rows.found.to_numpy(dtype=bool)
-    return {**_interval(~claimed, config), "claimed": int(claimed.sum()), **_errors(rows)}
+    return {**_counts(~claimed, config), "claimed": int(claimed.sum()), **_errors(rows)}
 
 
 def _followed(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
-    jumped = (rows.joint_step > JUMP).to_numpy()
     timeless = bool(rows.time_per_pose_us.isna().any())
     late = rows.time_per_pose_us.to_numpy() > US_PER_S / rows.rate_hz.to_numpy()
-    solved = _solved(rows, config)
-    key = [rows.trajectory.to_numpy(), rows.rate_hz.to_numpy()]
-    followed = pd.Series(solved & ~jumped).groupby(key).all().to_numpy(dtype=bool)
+    solved, followed = _solved(rows, config), _follows(rows, config)
     last = rows.groupby(["trajectory", "rate_hz"]).step.idxmax()
     return {
-        **_interval(followed, config),
+        **_counts(followed, config),
         **_errors(rows),
         "trajectories": len(followed),
         "in_period": None if timeless else float((solved & ~late).mean()),
-        "jumps": int(jumped.sum()),
+        "jumps": int((rows.joint_step > JUMP).sum()),
         "largest_step": float(rows.joint_step.max()),
         "drift": float(rows.known_distance[last].mean()),
     }
+
+
+def _follows(rows: pd.DataFrame, config: ReportConfig) -> Flags:
+    """Which trajectories have every waypoint solved and no jump, one flag a trajectory and rate."""
+    good = _solved(rows, config) & ~(rows.joint_step > JUMP).to_numpy()
+    key = [rows.trajectory.to_numpy(), rows.rate_hz.to_numpy()]
+    return np.asarray(pd.Series(good).groupby(key).all().to_numpy(dtype=bool))
 
 
 def _solved(rows: pd.DataFrame, config: ReportConfig) -> Flags:
@@ -261,13 +286,17 @@ def _solved(rows: pd.DataFrame, config: ReportConfig) -> Flags:
     return np.asarray(successes(counted, "geodesic", config.success.strict))
 
 
-def _interval(good: Flags, config: ReportConfig) -> dict[str, Any]:
-    interval = wilson_interval(int(good.sum()), len(good), config.confidence)
+def _interval(good: Flags, config: ReportConfig) -> Interval:
+    return wilson_interval(int(good.sum()), len(good), config.confidence)
+
+
+def _counts(good: Flags, config: ReportConfig, name: str = "success") -> dict[str, Any]:
+    interval = _interval(good, config)
     return {
         "poses": len(good),
-        "success_share": interval.estimate,
-        "success_low": interval.low,
-        "success_high": interval.high,
+        f"{name}_share": interval.estimate,
+        f"{name}_low": interval.low,
+        f"{name}_high": interval.high,
     }
 
 

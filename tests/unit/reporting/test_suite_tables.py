@@ -45,6 +45,8 @@ def test_success_time_and_the_error_of_the_missed():
         interval.low,
         interval.high,
     )
+    (late,) = records(suites, lm=rows("lm", "warm", 90, time_per_pose_us=np.arange(POSES) + 31.0))
+    assert (line["quick"], late["quick"], late["success"]) == (0.9, 0.7, 0.9)
     assert line["time_median_ms"] == pytest.approx(50.5e-3)
     assert line["time_p99_ms"] == pytest.approx(99.01e-3)
     assert (line["position_error_mm"], line["rotation_error_deg"]) == (30.0, 5.0)
@@ -98,8 +100,13 @@ def test_answers_without_times_are_never_in_time():
 
 def test_who_leads_is_certain_where_intervals_do_not_touch():
     given = {"lm": rows("lm", "warm", 99), "placo": rows("placo", "warm", 80)}
-    (line,) = records(leaders, **given)
+    line, quick = records(leaders, **given)
     assert (line["best"], line["second"], line["apart"]) == ("LM, compiled", "placo", "yes")
+    assert (quick["rate"], quick["best_share"], quick["second_share"]) == (
+        "within 0.1 ms",
+        0.99,
+        0.8,
+    )
     assert records(leaders, lm=rows("lm", "warm", 99), placo=rows("placo", "warm", 96))[0][
         "apart"
     ] == ("no")
