@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 import baselines
 from baselines.lm import UNLIMITED, LevenbergMarquardt
 from baselines.refine import refine
+from baselines.registry import using
 from pipeline.evaluation.metrics import pose_errors
 from pipeline.seeding import derive_seed
 from pipeline.suites.config import UnreachableConfig
@@ -49,9 +50,11 @@ def unreachable(robot: Robot, config: UnreachableConfig, seed: int) -> Problems:
     parts = [
         _too_far(robot, distance, count, derive_seed(seed, beyond(distance)))
         for distance, count in zip(config.beyond_mm, counts[:-1], strict=True)
+        if count
     ]
-    parts.append(_impossible_orientations(robot, config, counts[-1], seed))
-    return in_turns([part for part in parts if len(part)])
+    if counts[-1]:
+        parts.append(_impossible_orientations(robot, config, counts[-1], seed))
+    return in_turns(parts)
 
 
 def _too_far(robot: Robot, distance_mm: float, count: int, seed: int) -> Problems:
@@ -97,7 +100,8 @@ def _not_found(robot: Robot, config: UnreachableConfig, poses: Array, places: Ar
         poses: (N, 7) targets.
         places: (N, dof) configurations whose tip is at the same place.
     """
-    kernel = baselines.load("lm", robot)
+    with using({}):  # whatever settings a run evaluates lm with
+        kernel = baselines.load("lm", robot)
     assert isinstance(kernel, LevenbergMarquardt)
     options = kernel.options(None)._replace(
         position_tolerance_m=config.search_position_mm / MM_PER_M,

@@ -25,9 +25,9 @@ def warm(robot: Robot, config: WarmConfig, seed: int) -> Problems:
     kinds = len(config.offsets_deg)
     parts = []
     for kind, offset in enumerate(config.offsets_deg):
-        count = len(range(kind, config.poses, kinds))
-        parts.append(_near(robot, offset, count, derive_seed(seed, f"{offset:g}deg")))
-    return in_turns([part for part in parts if len(part)])
+        if count := len(range(kind, config.poses, kinds)):
+            parts.append(_near(robot, offset, count, derive_seed(seed, f"{offset:g}deg")))
+    return in_turns(parts)
 
 
 def _near(robot: Robot, offset_deg: float, count: int, seed: int) -> Problems:

@@ -11,6 +11,8 @@ import pandas as pd
 import pytest
 
 import baselines
+from baselines import registry
+from baselines.registry import using
 from pipeline.config import group_choices
 from pipeline.suites.config import CLASSES
 from pipeline.suites.drawing import SuiteError
@@ -22,7 +24,7 @@ from pipeline.suites.generators import (
     write_suite,
 )
 from pipeline.suites.problems import checksum, from_frame, to_frame
-from pipeline.suites.singularity import scale, smallest_singular_value
+from pipeline.suites.singularity import scale, sliding, smallest_singular_value
 from robots import Robot, load_robot
 from tests.suites import POSES, config_of, known_checksums
 
@@ -68,6 +70,8 @@ def test_a_small_suite_is_the_beginning_of_a_larger(suite: str) -> None:
     large = suite_of("mixed", suite).problems
     np.testing.assert_array_equal(small.poses, large.poses[: len(small)])
     np.testing.assert_array_equal(small.stratum, large.stratum[: len(small)])
+    if suite != "tracking":
+        assert len(generate(robot_of("mixed"), replace(config, poses=1), 0).problems) == 1
 
 
 @pytest.mark.parametrize("suite", [name for name in SUITES if name != "unreachable"])
@@ -155,8 +159,8 @@ def test_what_is_out_of_reach_is_and_no_solver_of_ours_claims_it(robot: str) -> 
 def test_warm_targets_are_so_far_from_their_start(robot: str) -> None:
     made, problems = robot_of(robot), suite_of(robot, "warm").problems
     assert problems.start is not None
-    turning = ~made.chain.prismatic[np.argsort(made.chain.variable)][: made.dof]
-    moved = np.rad2deg(np.abs(problems.joints - problems.start))[:, turning[: made.dof]]
+    unit = np.where(sliding(made), scale(made)[1], 1.0)  # a sliding joint: 1 rad by its length
+    moved = np.rad2deg(np.abs(problems.joints - problems.start) / unit)
     for name, degrees in (("3deg", 3.0), ("10deg", 10.0)):
         np.testing.assert_allclose(moved[problems.stratum == name], degrees, atol=1e-6)
     assert not made.in_collision(problems.start).any()
@@ -203,6 +207,12 @@ def test_a_file_holds_the_suite_and_no_other(tmp_path: Path) -> None:
         SuiteError, match=r"not a readable Parquet file.*pipeline suite robot=mixed"
     ):
         read_suite(path, robot, config, 0)
+
+
+def test_settings_of_a_run_do_not_change_what_cannot_be_reached() -> None:
+    with using({"lm": {**registry.file_settings("lm"), "patience": 1, "damping_gain": 10.0}}):
+        made = generate(robot_of("mixed"), config_of("unreachable"), 0)
+    assert made.checksum == suite_of("mixed", "unreachable").checksum
 
 
 def test_evidence_is_not_part_of_the_checksum_and_all_else_is() -> None:
