@@ -1,4 +1,7 @@
-"""The solvers by name: one YAML in conf/solver/ each, naming its class and owning its settings."""
+"""The solvers by name: one YAML in conf/solver/ each, naming its class and owning its settings.
+
+Those outside the checkout have none: see `baselines.outside`.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,7 @@ import numpy as np
 import yaml
 
 from baselines.errors import SettingError, SkippedSolver, SolverError, UnknownSolverError
+from baselines.outside import default_settings, target_of
 from baselines.protocol import Solver
 from robots.arguments import shown
 from robots.locations import conf_dir
@@ -49,14 +53,24 @@ def settings(name: str) -> dict[str, Any]:
 def file_settings(name: str) -> dict[str, Any]:
     """The settings of a solver as its YAML has them, ``_target_`` included.
 
+    Of a solver outside the checkout those are the defaults of its class.
+
     Raises:
         UnknownSolverError: No solver is called `name`.
         SolverError: Its YAML is broken or does not name a class.
     """
+    if is_outside(name):
+        target = str(target_of(name))
+        return {TARGET: target, **default_settings(target)}
     if not isinstance(name, str) or name not in names():
         raise UnknownSolverError(unknown_name("solver", str(name), names()))
     path = FOLDER / f"{name}.yaml"
     return dict(_read(path, path.stat().st_mtime_ns))
+
+
+def is_outside(name: str) -> bool:
+    """Say whether a name is that of a solver outside the checkout."""
+    return isinstance(name, str) and name not in names() and target_of(name) is not None
 
 
 @lru_cache(maxsize=128)
@@ -157,7 +171,7 @@ def load(name: str, robot: Robot, **overrides: Any) -> Solver:
     effective = {**values, **overrides}
     solver = solver_class(name)(robot, **effective)
     solver.name, solver.settings = name, effective
-    if effective.get("weights"):
+    if effective.get("weights") and not is_outside(name):
         solver.weights = Path(effective["weights"])
     return solver
 

@@ -52,6 +52,18 @@ class Artifacts:
         folder = self.root / "evaluate" / robot
         return (folder / f"seeded_by_{seeded_by}" if seeded_by else folder) / f"{solver}.parquet"
 
+    def suite(self, robot: str, suite: str) -> Path:
+        """Problems of a suite of hard poses of a robot."""
+        return self.root / "suite" / robot / f"{suite}.parquet"
+
+    def evaluate_suite(self, robot: str, suite: str, solver: str) -> Path:
+        """Raw rows of a solver on a suite."""
+        return self.root / "evaluate_suite" / robot / suite / f"{solver}.parquet"
+
+    def judge(self, robot: str, suite: str, name: str) -> Path:
+        """Raw rows of answers to a suite that came from elsewhere."""
+        return self.root / "judge" / robot / suite / f"{name}.parquet"
+
     def sample(self, robot: str, solver: str) -> Path:
         """Many solutions of each of some test poses, by a solver that draws."""
         return self.root / "sample" / robot / f"{solver}.parquet"

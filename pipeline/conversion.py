@@ -17,6 +17,7 @@ from baselines import SolverError, registry
 from pipeline.errors import ConfigError
 from pipeline.learning.registry import config_class
 from pipeline.settings import Config
+from pipeline.suites.config import suite_class
 
 NAMES_IN_YAML = {"from": "source"}  # train.from, detector.from: no Python keyword names a field
 SOLVER = "solver"  # group and field of the settings of all solvers
@@ -42,7 +43,11 @@ def to_dataclass(raw: DictConfig) -> Config:
         solvers = container.pop(SOLVER)
         _check_solvers(solvers)
         values = renamed(container, NAMES_IN_YAML)
-        classes = {**_group_classes(), "model": config_class(values["model"]["kind"])}
+        kinds = {
+            "model": config_class(values["model"]["kind"]),
+            "suite": suite_class(values["suite"]["generator"]),
+        }
+        classes = {**_group_classes(), **kinds}
         plain = {name: value for name, value in values.items() if name not in classes}
         made, missing = {}, list[str]()
         for name, group in classes.items():

@@ -23,6 +23,7 @@ from pipeline.perception.config import DetectorConfig, PerceptionConfig
 from pipeline.planning.config import PlanConfig
 from pipeline.reporting.config import ReportConfig
 from pipeline.speech.config import SpeechConfig
+from pipeline.suites.config import SuiteConfig
 from pipeline.tuning.config import TuneConfig, check_space
 
 
@@ -88,6 +89,7 @@ class Config:
     tune: TuneConfig = field(default_factory=TuneConfig)
     evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)
     sample: SampleConfig = field(default_factory=SampleConfig)
+    suite: SuiteConfig = field(default_factory=SuiteConfig)
     plan: PlanConfig = field(default_factory=PlanConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)
     agent: AgentConfig = field(default_factory=AgentConfig)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 import baselines
 from baselines import SettingError, SkippedSolver, Solver
-from baselines.registry import file_settings, solver_class
+from baselines.registry import file_settings, is_outside, solver_class
 from pipeline.data.files import read_json
 from pipeline.errors import ConfigError
 from robots import Robot
@@ -22,12 +22,12 @@ NETWORKS = {"paper": "Table I", "compact": "compact (ours)", "tiny": "tiny (show
 
 
 def is_neural(name: str) -> bool:
-    """Say whether a solver needs trained weights.
+    """Say whether a solver needs weights that this project trains; one outside brings its own.
 
     Raises:
         UnknownSolverError: There is no solver of that name.
     """
-    return "weights" in file_settings(name)
+    return "weights" in file_settings(name) and not is_outside(name)
 
 
 def check_solvers(requested: Mapping[str, Iterable[str]], robot: Robot) -> None:
@@ -115,7 +115,10 @@ def check_budgets(config: Config) -> None:
     """
     for name in config.evaluate.solvers:
         for key in ("time_s", "iterations"):
-            wanted, ours = config.solver[name].get(key), getattr(config.evaluate, key)
+            wanted, ours = (
+                config.solver.get(name, file_settings(name)).get(key),
+                getattr(config.evaluate, key),
+            )
             if ours is not None and wanted != file_settings(name).get(key):
                 raise ConfigError(
                     f"solver.{name}.{key}={wanted} would do nothing: evaluate.{key}={ours} is in "

@@ -28,7 +28,7 @@ class Command:
 RUNNING = {
     "all": Command(
         "run.everything",
-        "every stage above but sample and compare-tuned, without DVC: robots=[...]",
+        "every stage above but those on demand (compare-tuned, suites, sample): robots=[...]",
     ),
     "paper": Command(
         "paper.paper",
@@ -41,6 +41,10 @@ RUNNING = {
     "benchmark": Command(
         "benchmark.benchmark",
         "evaluate the numerical solvers on all robots, unattended: benchmark profile=paper",
+    ),
+    "suites": Command(
+        "suites.suites_of",
+        "evaluate solvers on all suites of hard poses and print the tables: suites robot=panda",
     ),
     "warm": Command("warm.warm", "compile the kernels before somebody waits for them"),
     "chat": Command(
@@ -56,6 +60,10 @@ LOOKING = {
     "compare": Command(
         "compare.compare",
         "what two results folders changed, in configuration and figures: compare A B",
+    ),
+    "judge": Command(
+        "judge.judge_file",
+        "score answers that another solver gave to a suite: judge FILE suite=warm robot=panda",
     ),
     "doctor": Command("look.doctor", "versions, threads, accelerator, and what is missing"),
     "paths": Command("look.paths", "where the tables, figures and the report are"),

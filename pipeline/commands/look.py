@@ -13,6 +13,7 @@ import numpy as np
 
 import baselines
 from baselines import SkippedSolver
+from baselines.outside import installed
 from baselines.registry import settings
 from pipeline import provenance
 from pipeline.commands.arguments import command_parser
@@ -58,6 +59,8 @@ def solvers() -> int:
         target = settings(name)["_target_"]
         kind = "neural" if target.startswith("pipeline.") else "numerical"
         print(f"{name:<20} {kind:<10} {baselines.skip(name) or 'ready'}")
+    for name, target in sorted(installed().items()):
+        print(f"{name:<20} {'outside':<10} {target}")
     return 0
 
 

@@ -63,7 +63,7 @@ def read_values(stage: Stage, config: Config, overrides: Sequence[str]) -> dict[
             value, place = value[part], place.setdefault(part, {})
         place[last] = value[last]
     if "solver" in found:
-        names = {*stage.solver_names(config), *_kernels(stage)}
+        names = {*stage.solver_names(config), *_kernels(stage)} & {*found["solver"]}
         found["solver"] = {name: found["solver"][name] for name in sorted(names)}
     return _of_robot(found, config.robot.name)
 

@@ -76,6 +76,11 @@ def _solver_facts(task: EvaluationTask, config: EvaluateConfig) -> dict[str, Any
 
 def _pose_facts(task: EvaluationTask) -> dict[str, Any]:
     return {
+        **(
+            {}
+            if task.follows is None
+            else {"follows": array_checksum(np.asarray(task.follows, dtype=np.float64))}
+        ),
         "initial": HOME if task.initial is None else array_checksum(task.initial),
         "poses": len(task.poses),
         "poses_checksum": array_checksum(task.poses),

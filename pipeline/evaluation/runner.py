@@ -91,15 +91,27 @@ def count_poses(task: EvaluationTask, config: EvaluateConfig) -> int:
 def plan_chunks(task: EvaluationTask, config: EvaluateConfig) -> Iterator[tuple[int, int, int]]:
     """Yield batch size, first and last-but-one pose of every chunk, in the order of work."""
     total = len(task.poses)
-    for rank, batch_size in enumerate(batch_sizes(task.solver, config)):
+    sizes = batch_sizes(task.solver, config) if task.follows is None else [1]
+    for rank, batch_size in enumerate(sizes):
         end = total
         if rank > 0:
             if isinstance(task.solver, QuerySolver):
                 continue
             end = max(config.latency_poses // batch_size, 1) * batch_size
         length = max(config.chunk // batch_size, 1) * batch_size
-        for start in range(0, end, length):
-            yield batch_size, start, min(start + length, end)
+        starts = _starts(task, end, length)
+        for start, stop in zip(starts, [*starts[1:], end], strict=True):
+            yield batch_size, start, stop
+
+
+def _starts(task: EvaluationTask, end: int, length: int) -> list[int]:
+    """First poses of chunks; none begins at a pose that follows the one before."""
+    starts = list(range(0, end, length))
+    if task.follows is None:
+        return starts
+    free = np.flatnonzero(~task.follows)
+    later = free[np.minimum(np.searchsorted(free, starts), len(free) - 1)]
+    return sorted({0, *(int(start) for start in later)})
 
 
 def batch_sizes(solver: Solver, config: EvaluateConfig) -> list[int]:
@@ -121,9 +133,12 @@ def _solve_chunk(
     task: EvaluationTask, config: EvaluateConfig, batch_size: int, first: int, total: int
 ) -> pd.DataFrame:
     budget = accepted_budget(task.solver, config)
-    answers, times, seed_times = [], [], []
+    answers: list[Solution] = []
+    times, seed_times = [], []
     for start in range(0, len(task.poses), batch_size):
         part = task.part(start, min(start + batch_size, len(task.poses)))
+        if answers and part.follows is not None and part.follows[0]:
+            part = replace(part, initial=answers[-1].joints)
         requested = time.perf_counter_ns()
         seeded = part.seeded()
         begin = time.perf_counter_ns()

@@ -29,6 +29,8 @@ class EvaluationTask:
         name: Name of the solver in the rows; its own where left out.
         initial: (dof,) or (N, dof) initial guesses; the robot's home configuration if None.
         seeder: Solver whose answers are the initial guesses instead, computed call by call.
+        follows: (N,) poses whose initial guess is the answer to the pose before; None for none. All
+            are solved one by one then.
         code: Digest of the code behind the rows; rows of other code are not reused.
     """
 
@@ -39,6 +41,7 @@ class EvaluationTask:
     name: str = ""
     initial: Array | None = None
     seeder: Solver | None = None
+    follows: NDArray[np.bool_] | None = None
     code: str = ""
 
     @property
@@ -63,7 +66,8 @@ class EvaluationTask:
         initial = self.initial
         if initial is not None and initial.ndim == 2:
             initial = initial[rows]
-        return replace(self, poses=self.poses[rows], initial=initial)
+        follows = None if self.follows is None else self.follows[rows]
+        return replace(self, poses=self.poses[rows], initial=initial, follows=follows)
 
     def seeded(self) -> EvaluationTask:
         """Return the same task with the seeder's answers as initial guesses."""

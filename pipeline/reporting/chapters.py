@@ -18,6 +18,7 @@ from pipeline.reporting.topics import (
     planner,
     precision,
     seeding,
+    suites,
     timing,
     training,
     tuning,
@@ -69,6 +70,12 @@ CHAPTERS = (
         "Runs on demand: losses at equal steps, secondary goals, many solutions of one pose.",
         (losses.TOPIC, experiments.TOPIC),
         ("sample",),
+    ),
+    Chapter(
+        "suites",
+        "Hard poses",
+        "Where solvers differ: at limits, near singularities, at and beyond the edge of reach.",
+        (suites.TOPIC,),
     ),
     Chapter(
         "planning",

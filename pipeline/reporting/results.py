@@ -26,7 +26,15 @@ LEFT_OUT = "left_out.json"  # written by `python -m pipeline paper`
 JOINT = re.compile(r"q\d+")
 STAGES = ("dataset", "tune", "train", "evaluate", "plan", "grasp")
 # Made on demand: nothing is missing where they did not run.
-EXPERIMENTS = ("sample", "grasp_study", "grasp_agent", "compare_tuned", "detector")
+EXPERIMENTS = (
+    "sample",
+    "grasp_study",
+    "grasp_agent",
+    "compare_tuned",
+    "detector",
+    "evaluate_suite",
+    "judge",
+)
 
 
 @dataclass
@@ -41,6 +49,7 @@ class Results:
         evaluate: Raw rows, by (robot, solver).
         evaluated: Provenance of those rows, by (robot, solver).
         seeded: Raw rows from a neural seed and their provenance, by (robot, solver, its seeder).
+        suites: Raw rows on suites of hard poses, by (robot, suite, solver).
         sample: Raw rows of many solutions of one pose, by (robot, solver).
         swept: Trainings of sweeps below this folder.
         plan: Raw rows of the planner benchmark, by robot.
@@ -64,6 +73,7 @@ class Results:
     seeded: dict[tuple[str, str, str], tuple[pd.DataFrame, dict[str, Any]]] = field(
         default_factory=dict
     )
+    suites: dict[tuple[str, str, str], pd.DataFrame] = field(default_factory=dict)
     sample: dict[tuple[str, str], pd.DataFrame] = field(default_factory=dict)
     swept: list[SweptRun] = field(default_factory=list)
     plan: dict[str, pd.DataFrame] = field(default_factory=dict)
@@ -181,6 +191,25 @@ def _raw_rows(results: Results, path: Path) -> pd.DataFrame | None:
     return None if rows is None else rows.drop(columns=[c for c in rows if JOINT.fullmatch(str(c))])
 
 
+def _read_suites(results: Results, place: Path) -> None:
+    for path in _files(place, "*/*.parquet"):
+        rows = _raw_rows(results, path)
+        if rows is not None and _of_present_suite(results, path):
+            results.suites[place.name, path.parent.name, str(rows.solver.iloc[0])] = rows
+            results.keep_card(path)
+
+
+def _of_present_suite(results: Results, path: Path) -> bool:
+    """Whether rows are of the suite that lies there; without one nobody knows, and they count."""
+    robot, suite = path.parts[-3:-1]
+    present = results.folder / "suite" / robot / f"{suite}.parquet"
+    facts = _try(results, present, read_metadata) if present.exists() else None
+    same = facts is None or facts["suite_checksum"] == read_metadata(path)["suite_checksum"]
+    if not same:
+        results.notes.append(f"{_short(results, path)} is of another version or size of the suite.")
+    return same
+
+
 def _read_plan(results: Results, place: Path) -> None:
     wanted = []
     for path in _files(place, "*.parquet"):
@@ -233,6 +262,8 @@ READERS: dict[str, Callable[[Results, Path], None]] = {
     ),
     "compare_tuned": lambda r, p: _keep(r, r.compare_tuned, p.name, p / "trainings.parquet"),
     "detector": _read_detector,
+    "evaluate_suite": _read_suites,
+    "judge": _read_suites,
 }
 
 

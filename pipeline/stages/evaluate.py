@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
 
 import baselines
 from baselines import Solver
@@ -27,6 +30,8 @@ from robots import Robot
 if TYPE_CHECKING:
     from pipeline.settings import Config
 
+Job = tuple["Config", str]  # a run and the solver that is evaluated
+
 
 def check(config: Config) -> None:
     """Refuse a run whose solvers or seeder cannot run, before anything is made."""
@@ -47,12 +52,22 @@ def run(config: Config) -> list[Path]:
 
     On an engine every solver is a task of its own, on a core that no other one is timed on.
     """
+    return each_solver(config, _one)
+
+
+def each_solver(config: Config, one: Callable[[Job], Path]) -> list[Path]:
+    """Run a function for each of ``evaluate.solvers`` on the engine of a run.
+
+    Args:
+        config: Of the run.
+        one: Writes the rows of one solver, a function of a module that workers can import.
+    """
     solvers = solvers_for("evaluate.solvers", config.evaluate.solvers, robot_of(config))
     config = replace(config, evaluate=replace(config.evaluate, solvers=solvers))
     if fans_out(config.engine):
         config = _sharing(config)
     tasks = [(config, name) for name in config.evaluate.solvers]
-    return run_tasks(config.engine, _one, tasks, title="evaluate")
+    return run_tasks(config.engine, one, tasks, title="evaluate")
 
 
 def _sharing(config: Config) -> Config:
@@ -62,7 +77,7 @@ def _sharing(config: Config) -> Config:
     return replace(config, evaluate=replace(config.evaluate, side_by_side=beside))
 
 
-def _one(job: tuple[Config, str]) -> Path:
+def _one(job: Job) -> Path:
     config, name = job
     robot = robot_of(config)
     poses = read_split(dataset_of(config), "test", robot).poses
@@ -71,14 +86,10 @@ def _one(job: tuple[Config, str]) -> Path:
     label = row_name(name, config.evaluate.pinned)
     code = code_of(__name__, {"solver": [name], "seeder": [seeder.name] if seeder else []}, config)
     task = EvaluationTask(robot, solver, poses, config.seed, label, seeder=seeder, code=code)
-    if not fans_out(config.engine):
-        return _evaluate(task, config)
-    with own_cores(config.evaluate.threads if config.evaluate.pinned else usable_cores()) as first:
-        return _evaluate(task, _on_core(config, first))
-
-
-def _on_core(config: Config, first: int) -> Config:
-    return replace(config, evaluate=replace(config.evaluate, first_core=first))
+    seeded_by = seeder.name if seeder is not None else ""
+    path = artifacts(config).evaluate(robot.name, label, seeded_by)
+    title = f"evaluate-{robot.name}-{label}" + (f"-{seeded_by}" if seeded_by else "")
+    return write_rows(task, config, path, title)
 
 
 def _seeder(robot: Robot, config: Config) -> Solver | None:
@@ -86,14 +97,47 @@ def _seeder(robot: Robot, config: Config) -> Solver | None:
     return None if name == HOME else solver_of(name, robot, config)
 
 
-def _evaluate(task: EvaluationTask, config: Config) -> Path:
-    robot, label = task.robot.name, task.label
-    seeded_by = task.seeder.name if task.seeder is not None else ""
-    folders = artifacts(config)
-    path = folders.evaluate(robot, label, seeded_by)
-    title = f"evaluate-{robot}-{label}" + (f"-{seeded_by}" if seeded_by else "")
-    cache = folders.root / "checkpoint" / title
-    key = {**cache_key(task, config.evaluate), "profile": config.profile}
+def write_rows(
+    task: EvaluationTask,
+    config: Config,
+    path: Path,
+    title: str,
+    facts: Mapping[str, Any] | None = None,
+    completed: Callable[[pd.DataFrame], pd.DataFrame] = lambda rows: rows,
+) -> Path:
+    """Evaluate a task, on a core of its own where the engine has several, and write its rows.
+
+    Args:
+        task: What is evaluated.
+        config: Of the run.
+        path: The table; a killed run continues from the chunks that it left.
+        title: Of the bar and of the folder of those chunks.
+        facts: Further facts that the rows depend on.
+        completed: Adds columns to the rows before they are written.
+
+    Returns:
+        The path.
+    """
+    if not fans_out(config.engine):
+        return _write(task, config, path, title, facts or {}, completed)
+    with own_cores(config.evaluate.threads if config.evaluate.pinned else usable_cores()) as first:
+        return _write(task, _on_core(config, first), path, title, facts or {}, completed)
+
+
+def _on_core(config: Config, first: int) -> Config:
+    return replace(config, evaluate=replace(config.evaluate, first_core=first))
+
+
+def _write(
+    task: EvaluationTask,
+    config: Config,
+    path: Path,
+    title: str,
+    further: Mapping[str, Any],
+    completed: Callable[[pd.DataFrame], pd.DataFrame],
+) -> Path:
+    cache = artifacts(config).root / "checkpoint" / title
+    key = {**cache_key(task, config.evaluate), **further, "profile": config.profile}
     with exclusive(path):
         if config.evaluate.keep and is_up_to_date(path, key):
             LOGGER.info("%s holds these rows already", path)
@@ -102,6 +146,6 @@ def _evaluate(task: EvaluationTask, config: Config) -> Path:
             rows = evaluate_solver(task, config.evaluate, cache, shown.update)
         facts = {**provenance.made_by(), **provenance.signature(config.profile), **key}
         facts |= {"weights": weights_origin(task.solver), "network": network_of(task.solver)}
-        write_table(path, rows, facts)
+        write_table(path, completed(rows), facts)
         clear_chunks(cache)
     return path

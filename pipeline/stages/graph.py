@@ -92,6 +92,20 @@ STAGES = {
             solvers=lambda config: config.evaluate.solvers_by_key(),
         ),
         Stage(
+            "suite",
+            "hard poses of a robot: suite=at_limits, near_singular, unreachable, ...",
+            groups=("robot", "suite"),
+            on_demand=True,
+        ),
+        Stage(
+            "evaluate-suite",
+            "solvers on a suite of hard poses, one raw row a pose",
+            inputs=("suite", "train"),
+            groups=("robot", "suite", "model", "evaluate", "solver", "engine"),
+            solvers=lambda config: config.evaluate.solvers_by_key(),
+            on_demand=True,
+        ),
+        Stage(
             "sample",
             "many solutions of one pose, and how they spread",
             inputs=("dataset", "train"),

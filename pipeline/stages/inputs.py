@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from pipeline.artifacts import Artifacts
 from pipeline.data.dataset import CARD, DatasetError, card_config
 from pipeline.errors import ConfigError, MissingArtifactError
+from pipeline.suites.generators import Suite, read_suite
 from robots import Robot, available_robots, load_robot
 from robots.locations import home
 from robots.suggestions import unknown_name
@@ -74,6 +75,30 @@ def find_dataset(config: Config) -> Path | None:
                 f"again with `python -m pipeline dataset` and the same overrides"
             )
     return None
+
+
+def suite_of(config: Config) -> Suite:
+    """Return the suite of a run.
+
+    Raises:
+        SuiteError: It was made with other values, or is damaged.
+        MissingArtifactError: There is none; `pipeline.stages.running` makes it before a stage.
+    """
+    robot, name = robot_of(config), config.suite.name
+    path = find_suite(config)
+    if path is None:
+        raise MissingArtifactError(
+            f"there is no suite {name} of {robot.name} yet; make it with: "
+            f"python -m pipeline suite robot={robot.name} suite={name} profile={config.profile}"
+        )
+    return read_suite(path, robot, config.suite, config.seed)
+
+
+def find_suite(config: Config) -> Path | None:
+    """Return the file of the suite of a run, None where there is none."""
+    folders = artifacts(config)
+    own = folders.suite(config.robot.name, config.suite.name)
+    return folders.find(own.relative_to(folders.root))
 
 
 def dataset_facts(config: Config) -> dict[str, object]:

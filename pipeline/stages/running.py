@@ -22,7 +22,7 @@ from pipeline.settings import Config
 from pipeline.solvers import is_neural, models_of
 from pipeline.stages.best import trained_config
 from pipeline.stages.graph import STAGES
-from pipeline.stages.inputs import artifacts, find_dataset
+from pipeline.stages.inputs import artifacts, find_dataset, find_suite
 from pipeline.stages.shipped import agree, shipped_network
 
 BOOKKEEPING = ("device", "kinematics", "checkpoint_s", "validations", "source")
@@ -42,6 +42,8 @@ def run_stage(name: str, config: Config) -> list[Path]:
             module.check(config)
         if "dataset" in stage.inputs:
             make_dataset(config)
+        if "suite" in stage.inputs:
+            make_suite(config)
         config = with_weights(config, stage.solver_names(config))
         return cast(list[Path], module.run(config))
 
@@ -56,6 +58,13 @@ def make_dataset(config: Config) -> None:
         name = config.robot.name
         LOGGER.info("there is no dataset of %s for these values yet: making it", name)
         run_stage("dataset", config)
+
+
+def make_suite(config: Config) -> None:
+    """Make the suite of a run where there is none."""
+    if find_suite(config) is None:
+        LOGGER.info("there is no suite %s of %s yet", config.suite.name, config.robot.name)
+        run_stage("suite", config)
 
 
 def with_weights(config: Config, solvers: Iterable[str]) -> Config:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import baselines
 from baselines import Solver
 from baselines.registry import settings, using
 from pipeline.closure import source_tree
+from pipeline.data.files import sha256
 from pipeline.errors import MissingArtifactError
 from pipeline.learning.registry import declared_modules, kinds_in
 from pipeline.solvers import is_neural
@@ -45,7 +48,19 @@ def code_of(module: str, solvers: Mapping[str, Iterable[str]], config: Config) -
     """
     names = [name for each in solvers.values() for name in each]
     with using(config.solver):
-        return source_tree().digest(module, *solver_modules(names))
+        modules = solver_modules(names)
+    known = source_tree().modules()
+    outside = [_outside_digest(name) for name in modules if name not in known]
+    digest = source_tree().digest(module, *(name for name in modules if name in known))
+    return "-".join([digest, *outside])
+
+
+def _outside_digest(module: str) -> str:
+    """Digest of the file of a module outside the checkout; what that imports is not in it."""
+    spec = find_spec(module)
+    if spec is None or spec.origin is None or not Path(spec.origin).is_file():
+        return module
+    return sha256(Path(spec.origin))[:16]
 
 
 def solver_modules(names: Iterable[str]) -> tuple[str, ...]:

@@ -35,7 +35,17 @@ from pipeline.settings import Config
 
 HEADER = "# @package _global_\n"
 STRUCTURE = ("defaults", registry.TARGET)  # they say what is composed; they are no values
-PLAIN = ("evaluate", "sample", "plan", "grasp", "agent", "speech", "perception", "detector")
+PLAIN = (
+    "evaluate",
+    "sample",
+    "suite",
+    "plan",
+    "grasp",
+    "agent",
+    "speech",
+    "perception",
+    "detector",
+)
 GROUPS = ("robot", "dataset", "report", "engine", *PLAIN)  # of which none hangs on another
 
 

@@ -1,0 +1,123 @@
+"""Types of `conf/suite`: a class for each generator, checked when it is made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from omegaconf import MISSING
+
+from pipeline.checks import at_least, one_of, positive, positive_all, within
+
+TRACKING = "tracking"  # the generator whose size is counted in trajectories
+
+
+@dataclass
+class SuiteConfig:
+    """What every suite has: its name, who generates it, its version, and its size by profile."""
+
+    name: str = MISSING
+    generator: str = MISSING
+    version: int = MISSING
+    poses: int = MISSING
+    trajectories: int = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse empty suites and versions that are none."""
+        for key in ("version", "poses", "trajectories"):
+            positive(f"suite.{key}", getattr(self, key))
+
+
+@dataclass
+class AtLimitsConfig(SuiteConfig):
+    """Several joints near one of their limits."""
+
+    margin: float = MISSING
+    most_joints: int = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse margins that are no share of a range, and fewer than two joints."""
+        super().__post_init__()
+        within("suite.margin", self.margin, 0.0, 0.5)
+        at_least("suite.most_joints", self.most_joints, 2)
+
+
+@dataclass
+class ShareConfig(SuiteConfig):
+    """The outermost share of something that is measured on a reference sample."""
+
+    share: float = MISSING
+    reference: int = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse shares that are none, and a reference that tells nothing."""
+        super().__post_init__()
+        within("suite.share", self.share, 0.001, 0.5)
+        at_least("suite.reference", self.reference, 100)
+
+
+@dataclass
+class UnreachableConfig(ShareConfig):
+    """Poses that no configuration reaches: too far, or of an impossible orientation."""
+
+    beyond_mm: list[float] = MISSING
+    search_starts: int = MISSING
+    search_position_mm: float = MISSING
+    search_rotation_deg: float = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse distances within reach, and a search of nothing."""
+        super().__post_init__()
+        positive_all("suite.beyond_mm", self.beyond_mm)
+        for key in ("search_starts", "search_position_mm", "search_rotation_deg"):
+            positive(f"suite.{key}", getattr(self, key))
+
+
+@dataclass
+class WarmConfig(SuiteConfig):
+    """Targets near a start that the solver is given."""
+
+    offsets_deg: list[float] = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse a start that is the answer already."""
+        super().__post_init__()
+        positive_all("suite.offsets_deg", self.offsets_deg)
+
+
+@dataclass
+class TrackingConfig(ShareConfig):
+    """Smooth trajectories that a continuous solution is known to."""
+
+    rates_hz: list[float] = MISSING
+    duration_s: float = MISSING
+    speed: float = MISSING
+    default_velocity: float = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse rates, times and speeds at which nothing moves."""
+        super().__post_init__()
+        positive_all("suite.rates_hz", self.rates_hz)
+        positive("suite.duration_s", self.duration_s)
+        within("suite.speed", self.speed, 0.001, 1.0)
+        positive("suite.default_velocity", self.default_velocity)
+
+
+CLASSES: dict[str, type[SuiteConfig]] = {
+    "uniform": SuiteConfig,
+    "at_limits": AtLimitsConfig,
+    "near_singular": ShareConfig,
+    "boundary": ShareConfig,
+    "unreachable": UnreachableConfig,
+    "warm": WarmConfig,
+    TRACKING: TrackingConfig,
+}
+
+
+def suite_class(generator: str) -> type[SuiteConfig]:
+    """Return the class of the configuration of a generator.
+
+    Raises:
+        ValueError: There is no such generator.
+    """
+    one_of("suite.generator", generator, CLASSES)
+    return CLASSES[generator]

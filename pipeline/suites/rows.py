@@ -1,0 +1,66 @@
+"""Raw rows of a suite: those of an evaluation, and what the suite says of each pose."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pipeline.data.dataset import joint_columns
+from pipeline.suites.generators import Suite
+from pipeline.suites.problems import EVIDENCE, STRATUM, Problems
+
+if TYPE_CHECKING:
+    from robots import Robot
+
+Array = NDArray[np.float64]
+
+COLUMNS = {  # beside those of pipeline.evaluation.rows
+    "suite": "name of the suite",
+    "suite_version": "its version",
+    STRATUM: "kind of problem within it",
+    "known_distance": "largest joint distance from the known configuration [rad or m]; else NaN",
+    "trajectory": "number of the trajectory; only in tracking, as the columns that follow",
+    "step": "number of the waypoint on it",
+    "rate_hz": "waypoints a second",
+    "joint_step": "largest joint distance from the answer to the waypoint before [rad or m]",
+}
+
+
+def initial(problems: Problems, robot: Robot) -> Array | None:
+    """Return where solvers start, (N, dof); home where a pose follows another."""
+    if problems.start is None:
+        return None
+    return np.where(np.isnan(problems.start), robot.home, problems.start)
+
+
+def follows(problems: Problems) -> NDArray[np.bool_] | None:
+    """Return which poses (N,) start from the answer to the one before; None where none does."""
+    step = problems.further.get("step")
+    return None if step is None else np.asarray(step > 0)
+
+
+def with_problems(rows: pd.DataFrame, suite: Suite, robot: Robot) -> pd.DataFrame:
+    """Add the columns of `COLUMNS` to the raw rows of answers to a suite.
+
+    Args:
+        rows: Of `pipeline.evaluation.rows`; ``pose`` is the row of the suite.
+        suite: That was answered.
+        robot: The robot.
+    """
+    problems = suite.problems.at(rows.pose.to_numpy())
+    joints = rows[joint_columns(robot)].to_numpy(dtype=np.float64)
+    rows = rows.assign(suite=suite.name, suite_version=suite.version, stratum=problems.stratum)
+    known = problems.joints
+    turned = robot.nearest_turns(joints, np.where(np.isnan(known), joints, known))
+    rows["known_distance"] = np.abs(turned - known).max(axis=1)
+    for name, values in problems.further.items():
+        if not name.startswith(EVIDENCE):
+            rows[name] = values
+    if "step" in problems.further:
+        step = np.full(len(rows), np.nan)
+        step[1:] = np.abs(np.diff(joints, axis=0)).max(axis=1)
+        rows["joint_step"] = np.where(problems.further["step"] > 0, step, np.nan)
+    return rows

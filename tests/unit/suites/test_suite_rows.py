@@ -1,0 +1,73 @@
+"""Solvers on suites: starts are the suite's, and on a trajectory the solver's own last answer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from baselines import Solution, Solver
+from pipeline.evaluation.config import EvaluateConfig
+from pipeline.evaluation.runner import evaluate_solver, plan_chunks
+from pipeline.evaluation.task import EvaluationTask
+from pipeline.suites.generators import Suite
+from pipeline.suites.rows import COLUMNS, follows, initial, with_problems
+from robots import Robot
+
+
+class Adds(Solver):
+    """Answers with its initial guess and a hundredth more; remembers what it was given."""
+
+    name = "adds"
+
+    def __init__(self, robot: Robot) -> None:
+        super().__init__(robot)
+        self.given: list[np.ndarray] = []
+
+    def _solve_batch(self, poses: Any, initial: Any, budget: Any) -> Solution:
+        self.given += list(initial)
+        solution = Solution.empty(len(poses), self.robot.dof)
+        return replace(solution, joints=initial + 0.01, reason=("no",) * len(poses))
+
+
+def task(robot: Robot, suite: Suite) -> EvaluationTask:
+    problems = suite.problems
+    return EvaluationTask(
+        robot,
+        Adds(robot),
+        problems.poses,
+        initial=initial(problems, robot),
+        follows=follows(problems),
+    )
+
+
+def test_a_start_is_given_to_the_solver(arm: Robot, warm: Suite, evaluate: EvaluateConfig) -> None:
+    given = task(arm, warm)
+    rows = with_problems(evaluate_solver(given, evaluate), warm, arm)
+    np.testing.assert_allclose(given.solver.given, warm.problems.start)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(rows.known_distance, 0.11)
+    assert (rows.seeded_by == "given").all()
+    assert {"suite", "suite_version", "stratum", "known_distance"} <= {*rows}
+    assert rows.suite_version.unique().tolist() == [3]
+
+
+def test_a_waypoint_starts_from_the_answer_before(
+    arm: Robot, followed: Suite, evaluate: EvaluateConfig, tmp_path: Path
+) -> None:
+    """Also across a kill: chunks end where trajectories do."""
+    given = task(arm, followed)
+    assert list(plan_chunks(given, evaluate)) == [(1, 0, 3), (1, 3, 5)]
+    rows = with_problems(evaluate_solver(given, evaluate, tmp_path), followed, arm)
+    joints = rows[["q0", "q1"]].to_numpy()
+    first = followed.problems.joints[[0, 3]]
+    wanted = [first[0] + 0.01, first[0] + 0.02, first[0] + 0.03, first[1] + 0.01, first[1] + 0.02]
+    np.testing.assert_allclose(joints, wanted)
+    np.testing.assert_allclose(rows.joint_step, [np.nan, 0.01, 0.01, np.nan, 0.01])
+    assert {*COLUMNS} <= {*rows}
+    (tmp_path / "batch1_00000000.parquet").unlink()
+    again = task(arm, followed)
+    resumed = with_problems(evaluate_solver(again, evaluate, tmp_path), followed, arm)
+    assert len(again.solver.given) == 3  # type: ignore[attr-defined]
+    np.testing.assert_array_equal(resumed[["q0", "q1"]], rows[["q0", "q1"]])
