@@ -19,7 +19,8 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     with_blocks = BLOCK.sub(
         lambda m: f'<div class="formula">{_mathml(m[1], "block")}</div>', markdown
     )
-    return INLINE.sub(lambda m: _mathml(m[1], "inline"), with_blocks)
+    # In a span, since Markdown takes `math` at the start of a line for a block.
+    return INLINE.sub(lambda m: f"<span>{_mathml(m[1], 'inline')}</span>", with_blocks)
 
 
 def _mathml(latex: str, display: str) -> str:
