@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from html import escape
 from itertools import pairwise
 from pathlib import Path
+from statistics import fmean
 
 import grimp
 
@@ -116,8 +117,8 @@ def routes(edges: Edges) -> dict[tuple[str, str], list[str]]:
     """Return the way of each line: a box, a gap in each row that it passes, and another box."""
     levels, found = rows(edges), {}
     height = {box: k for k, row in enumerate(levels) for box in row}
-    for box, named in reduced(edges).items():
-        for other in named:
+    for box, named in sorted(reduced(edges).items()):
+        for other in sorted(named):
             passed = range(height[box] - 1, height[other], -1)
             gaps = [f"{box}>{other}@{level}" for level in passed]
             found[box, other] = [box, *gaps, other]
@@ -146,7 +147,7 @@ def places(edges: Edges) -> dict[str, tuple[float, float]]:
         spread(row)
     for sweep in range(SWEEPS):
         for row in levels if sweep % 2 else levels[::-1]:
-            row.sort(key=lambda name: (sum(x[b] for b in near[name]) / len(near[name]), name))
+            row.sort(key=lambda name: (round(fmean(x[b] for b in near[name]), 3), name))
             spread(row)
     most, top = max(map(abs, x.values())) + WIDTH / 2 + MARGIN, len(levels) - 1
     return {
