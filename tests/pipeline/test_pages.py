@@ -17,6 +17,7 @@ import pytest
 import yaml
 
 import baselines
+import pipeline
 from baselines import registry
 from pipeline.__main__ import main
 from pipeline.commands import COMMANDS
@@ -150,6 +151,14 @@ def test_an_object_that_a_page_shows_is_one() -> None:
     for name, values in yaml.safe_load(text).items():
         inline = yaml.safe_dump(values, default_flow_style=True, width=10_000).strip()
         compose([f"+grasp.objects.{name}={inline}", f"grasp.scenes.panda.objects=[{name}]"])
+
+
+def test_the_page_of_the_api_has_every_public_name() -> None:
+    text = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    documented = {name.rpartition(".")[2] for name in re.findall(r"^::: (\S+)", text, re.MULTILINE)}
+    errors = {name for name in baselines.__all__ if hasattr(baselines.errors, name)}
+    by_another_name = {"load", "names", "skip"}  # load_solver, `python -m pipeline solvers`
+    assert documented >= {*pipeline.__all__} | ({*baselines.__all__} - errors - by_another_name)
 
 
 def commands_of_conf() -> list[str]:
