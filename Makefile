@@ -5,7 +5,7 @@ export PATH := $(BIN):$(PATH)
 export DVC_NO_ANALYTICS := 1
 export PYTHONHASHSEED := 0
 
-.PHONY: help environment reproduce paper status test lint types unit slow smoke table2 table3 paper-numerical clean
+.PHONY: help environment reproduce paper status test lint types unit slow smoke table2 table3 paper-numerical docs clean
 
 help:
 	@echo "make reproduce   environment, then every stage through DVC, to tables, figures and report.html;"
@@ -19,6 +19,7 @@ help:
 	@echo "make slow        tests that take minutes"
 	@echo "make table2      the paper's Table II from the raw rows on disk, in seconds; make table3 likewise"
 	@echo "make paper-numerical  numerical solvers on 200,000 poses of five robots, hours; resumable"
+	@echo "make docs        the documentation as pages that open from disk: site/index.html"
 	@echo "make clean       remove results and caches; .venv stays"
 
 environment:
@@ -63,5 +64,11 @@ paper-numerical: environment
 	python -m pipeline benchmark profile=paper numerical=[lm,pinocchio,placo,trac_ik,bio_ik,pytorch_kinematics]
 	python -m pipeline table table2 profile=paper
 
+docs: environment
+	python -m pip install -q --disable-pip-version-check --no-build-isolation -c requirements.lock -e '.[docs]'
+	python docs/architecture.py
+	NO_MKDOCS_2_WARNING=1 mkdocs build --strict
+	@echo $(CURDIR)/site/index.html
+
 clean:
-	rm -rf results/smoke results/quick .dvc/cache .dvc/tmp .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf site results/smoke results/quick .dvc/cache .dvc/tmp .mypy_cache .ruff_cache .pytest_cache .hypothesis

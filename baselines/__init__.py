@@ -19,12 +19,14 @@ from baselines.errors import (  # noqa: E402
     SolverError,
     UnknownSolverError,
 )
-from baselines.protocol import Budget, QuerySolver, Solution, Solver  # noqa: E402
+from baselines.protocol import Answer, Budget, Clock, QuerySolver, Solution, Solver  # noqa: E402
 from baselines.registry import load, names, skip  # noqa: E402
 
 __all__ = [
+    "Answer",
     "Budget",
     "BudgetError",
+    "Clock",
     "InitialError",
     "PoseError",
     "QuerySolver",

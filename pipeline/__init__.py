@@ -2,10 +2,12 @@
 
 The public API, on which the command line stands as well:
 
->>> from pipeline import load_robot, load_solver, plan_motion
+>>> from pipeline import evaluate, load_robot, load_solver, plan_motion, run_command
 >>> robot = load_robot("panda")
 >>> solver = load_solver("placo", robot)
 >>> solution = solver.solve(robot.forward_kinematics(robot.sample(10)))
+
+A solver of one's own derives from `baselines.Solver` or `baselines.QuerySolver`.
 """
 
 from __future__ import annotations
@@ -14,17 +16,21 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from baselines import Budget
+    from pipeline.commands import run_command
+    from pipeline.evaluating import evaluate
     from pipeline.loading import load_solver
     from pipeline.planning import plan_motion
     from robots import load_robot
 
-__all__ = ["Budget", "load_robot", "load_solver", "plan_motion"]
+__all__ = ["Budget", "evaluate", "load_robot", "load_solver", "plan_motion", "run_command"]
 
 _HOMES = {
     "Budget": "baselines",
+    "evaluate": "pipeline.evaluating",
     "load_robot": "robots",
     "load_solver": "pipeline.loading",
     "plan_motion": "pipeline.planning",
+    "run_command": "pipeline.commands",
 }
 
 

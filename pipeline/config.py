@@ -48,6 +48,7 @@ ROOT = "config"  # conf/config.yaml, where composition starts
 PASSWORD_OF_USER = re.compile(r"(://[^:/@\s]*:)\S*@")
 PASSWORD_OF_QUERY = re.compile(r"([?&]password=)[^&\s]*")
 EVERY = "every"  # name of the one group of which a run has every file, not one: that of the solvers
+DATA = (["tune", "space"], ["grasp", "objects"])  # mappings of names that a run may add to
 OWNERS = ("profile", "experiment")  # groups that own keys of others, and explain what they set
 
 _WORD = re.compile(r"[\w.-]+")
@@ -355,8 +356,8 @@ def _check_key(base: DictConfig, key: str, adds: bool) -> None:
     for part in key.split("."):
         keys = list(node.keys()) if isinstance(node, DictConfig) else []
         if part not in keys:
-            if adds and walked[:2] == ["tune", "space"]:
-                return  # search spaces are data: a new axis is the user's right
+            if adds and walked[:2] in DATA:
+                return  # a new entry is the user's right
             where = "key" if not walked else f"key in {'.'.join(walked)}:"
             raise ConfigError(f"{key}: " + unknown_name(where, part, [str(name) for name in keys]))
         walked.append(part)

@@ -74,7 +74,8 @@ class Robot:
             DescriptionError: If the description contradicts the URDF.
         """
         self.description = description
-        self.name, self.base, self.tip = description.name, description.base, description.tip
+        self.name = description.name
+        self.base, self.tip = description.base, description.tip
         self.urdf: Urdf = read_urdf(description.urdf) if urdf is None else urdf
         joints = chain_joints(self.urdf, self.base, self.tip)
         joints = [joint for joint in joints if joint.name not in description.posture]

@@ -176,3 +176,22 @@ def test_a_sweep_is_the_product_of_its_lists_in_order() -> None:
 def test_a_new_axis_of_the_search_is_a_number_of_train_or_model() -> None:
     axis = compose(["+tune.space.weight_decay={kind:float,low:0,high:0.1}"]).tune.space
     assert axis["weight_decay"].high == 0.1
+
+
+MUG = "{mass: 0.3, friction: 1.0, rolling_friction: 0.001, spinning_friction: 0.001, height: 0.1, "
+
+
+def test_a_run_may_bring_an_object_of_its_own() -> None:
+    part = "{shape: box, size: [0.05, 0.05, 0.1], position: [0, 0, 0], rotation: [0, 0, 0]}"
+    coloured = part.replace("}", ", colour: [1, 0, 0, 1]}")
+    mug = f"+grasp.objects.mug={MUG}parts: [{coloured}]}}"
+    grasp = compose([mug, "grasp.scenes.panda.objects=[mug]"]).grasp
+    assert grasp.objects["mug"].mass == 0.3
+    assert grasp.scenes["panda"].objects == ["mug"]
+    assert "banana" in grasp.objects
+    with pytest.raises(ConfigError, match="colour"):
+        compose([f"+grasp.objects.mug={MUG}parts: [{part}]}}"])
+    with pytest.raises(ConfigError, match="weight"):
+        compose(["+grasp.objects.mug={weight: 1}"])
+    with pytest.raises(ConfigError, match="mugg"):
+        compose([mug, "grasp.scenes.panda.objects=[mugg]"])

@@ -243,7 +243,7 @@ def names_of_data(owner: type, path: str = "") -> Iterator[str]:
 
 
 def test_an_edit_of_a_recipe_acts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """README's `dvc exp run -S 'conf/train/compact.yaml:learning_rate=0.001'` edits the file."""
+    """`dvc exp run -S 'conf/train/compact.yaml:learning_rate=0.001'` of the docs edits the file."""
     folder = tmp_path / "conf"
     shutil.copytree(CONF_DIR, folder)
     path = folder / "train" / "compact.yaml"
@@ -253,7 +253,7 @@ def test_an_edit_of_a_recipe_acts(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     path.write_text(yaml.safe_dump(content), encoding="utf-8")
     monkeypatch.setattr("pipeline.config.CONF_DIR", folder)
     assert OmegaConf.create(values()).train.learning_rate == 0.001
-    readme = (CONF_DIR.parent / "README.md").read_text(encoding="utf-8")
-    assert "dvc exp run -S 'conf/train/compact.yaml:learning_rate=0.001'" in readme
+    page = (CONF_DIR.parent / "docs" / "keys.md").read_text(encoding="utf-8")
+    assert "dvc exp run -S 'conf/train/compact.yaml:learning_rate=0.001'" in page
     dvc = read(CONF_DIR.parent / "dvc.yaml")["stages"]["train"]["params"]
     assert {"conf/train/${model}.yaml": None} in dvc
