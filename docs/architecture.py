@@ -25,6 +25,7 @@ BOXES = {
     "data": "pose sets, Parquet, checkpoints of rows",
     "engine": "tasks: processes, SLURM, Ray",
     "evaluation": "raw rows, errors, statistics",
+    "suites": "hard poses, answers re-judged",
     "learning": "networks, training, neural solvers",
     "planning": "Bezier motions, branches, timing",
     "grasping": "PyBullet trials",
