@@ -15,8 +15,9 @@ from pipeline.presentation.naming import robot_title, solver_title
 from pipeline.presentation.table import Table
 from pipeline.reporting.evidence import Evidence
 
-HOLDS, FAILS, UNTESTED = "holds", "does not hold", "not tested"
-VERDICTS = (HOLDS, FAILS, UNTESTED)
+# Undecided: tested, and what came of it could be chance.
+HOLDS, FAILS, UNDECIDED, UNTESTED = "holds", "does not hold", "undecided", "not tested"
+VERDICTS = (HOLDS, FAILS, UNDECIDED, UNTESTED)
 SAID = ("id", "claim", "where", "test")  # what every claim says
 LOWEST, HIGHEST = "lowest", "highest"
 
