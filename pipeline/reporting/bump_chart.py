@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass
 
 from matplotlib.axes import Axes
@@ -14,6 +14,7 @@ from pipeline.presentation.style import INK, SOFT, Look, looks, panels
 
 WIDTH, HEIGHT, MARGIN = 1.3, 0.52, 1.9  # inch: of a ranking, of a solver, of labels and headings
 TIE_HALF_WIDTH, TIE_PAD = 0.26, 0.33  # of the frame around those that are tied, in rankings, slots
+NUMBERS = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 TIE_COLOUR = "#e9edf1"
 LABEL_GAP = 0.32  # from a marker to the name beside it, in rankings
 
@@ -79,9 +80,25 @@ def bump_chart(rankings: Mapping[tuple[str, str], Sequence[Stop]]) -> Figure:
     solvers = {p.solver for stops in rankings.values() for stop in stops for p in stop.places}
     several = len({machine for _, machine in rankings}) > 1
     for ((robot, machine), stops), axis in zip(rankings.items(), axes, strict=True):
-        title = robot_title(robot) + (f", machine {machine}" if several else "")
+        title = f"{_headline(stops)}: {robot_title(robot)}"
+        title += f", machine {machine}" if several else ""
         _panel(axis, title, stops, looks(solvers))
     return figure
+
+
+def _headline(stops: Sequence[Stop]) -> str:
+    """How many rankings there are, and how many of them differ."""
+    different = {frozenset((each.solver, each.rank) for each in stop.places) for stop in stops}
+    many, few = (_counted(n) for n in (len(stops), len(different)))
+    return f"The same solvers, {many} protocol{_s(stops)}, {few} ranking{_s(different)}"
+
+
+def _counted(number: int) -> str:
+    return NUMBERS[number - 1] if number <= len(NUMBERS) else str(number)
+
+
+def _s(counted: Sized) -> str:
+    return "" if len(counted) == 1 else "s"
 
 
 def _panel(axis: Axes, title: str, stops: Sequence[Stop], look: Mapping[str, Look]) -> None:
@@ -89,12 +106,12 @@ def _panel(axis: Axes, title: str, stops: Sequence[Stop], look: Mapping[str, Loo
     rows = max(len(each) for each in at)
     for number, stop in enumerate(stops):
         _frames_of_ties(axis, number, stop, at[number])
-        axis.text(number, -1.65, stop.title, ha="center", va="bottom", weight="bold")
-        axis.text(number, -1.55, stop.by, ha="center", va="top", fontsize=6.5, color=SOFT)
+        axis.text(number, -1.5, stop.title, ha="center", va="bottom", weight="bold")
+        axis.text(number, -1.4, stop.by, ha="center", va="top", fontsize=6.5, color=SOFT)
     for solver in dict.fromkeys(place.solver for stop in stops for place in stop.places):
         _line(axis, solver, stops, at, look[solver])
     axis.set_xlim(-1.35, len(stops) + 0.35)
-    axis.set_ylim(rows - 0.3, -2.1)
+    axis.set_ylim(rows - 0.35, -1.95)
     axis.set_title(title, pad=4)
     axis.set_axis_off()
 
@@ -132,6 +149,8 @@ def _line(
     axis.scatter(x, y, s=150, color=look.colour, edgecolors="white", linewidths=1.2, zorder=3)
     for number, place in places.items():
         slot = at[number][solver]
+        tied = [each.rank for each in stops[number].places].count(place.rank) > 1
+        ground = TIE_COLOUR if tied else "white"
         axis.text(
             number,
             slot + 0.02,
@@ -152,7 +171,7 @@ def _line(
             fontsize=6,
             color=INK,
             zorder=4,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4, "alpha": 0.75},
+            bbox={"facecolor": ground, "edgecolor": "none", "pad": 0.6},
         )
     for end, side, align in ((x[0], -LABEL_GAP, "right"), (x[-1], LABEL_GAP, "left")):
         axis.text(

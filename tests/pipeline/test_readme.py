@@ -12,6 +12,7 @@ import pytest
 from pipeline.__main__ import main
 from pipeline.commands import COMMANDS
 from pipeline.commands.paper import OWN
+from pipeline.commands.protocols import NAME as PROTOCOLS
 from pipeline.commands.suites import NAME
 from pipeline.config import compose, sweep
 from pipeline.locations import CONF_DIR
@@ -38,7 +39,9 @@ def test_a_command_of_the_pipeline_is_one_and_its_keys_compose(
     if name not in STAGES:
         assert main([name, "--help"]) == 0
         assert capsys.readouterr().out
-    own = {"paper": (*OWN,), "suites": (NAME,)}.get(name, ())  # the command's own keys
+    own = {"paper": (*OWN,), "suites": (NAME,), "protocols": (PROTOCOLS,)}.get(
+        name, ()
+    )  # the command's own keys
     keys = [item for item in arguments if "=" in item and item.partition("=")[0] not in own]
     flags = [item for item in arguments if item.startswith("-m")]
     assert set(flags) <= {"-m", "--multirun"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from collections.abc import Mapping
 from itertools import combinations
@@ -12,6 +13,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from pipeline.presentation.columns import (
+    NOTHING,
     ROBOT,
     SOLVER,
     count,
@@ -304,7 +306,10 @@ def _value(ranking: Ranking, solver: str) -> str:
     rule = ranking.protocol.rank
     _, unit, scale = METRICS[rule.by]
     value = rounded(getattr(ranking.scores[solver], rule.by) * scale, rule.digits)
-    return f"{value:.{rule.digits}g} {unit}"
+    if not math.isfinite(value):
+        return NOTHING
+    magnitude = math.floor(math.log10(value)) if value > 0 else rule.digits - 1
+    return f"{value:,.{max(rule.digits - 1 - magnitude, 0)}f} {unit}"
 
 
 def _causes(mine: list[Turn]) -> str | None:
