@@ -33,7 +33,15 @@ ELEMENTS: dict[str, Exchange] = {
     "statistic of time": lambda own, other: replace(own, time_statistic=other.time_statistic),
 }
 TOGETHER = "several of these together"
-MADE_WITH = "targets, start, budget or calls"
+# What rows were made with, by the keys of a protocol: a run each, which nobody makes here.
+MADE_WITH = {
+    "targets": ("targets", "within_deg"),
+    "start": ("start",),
+    "budget": ("time_s", "iterations"),
+    "tolerance": ("tolerance",),
+    "calls": ("draws", "ranked_batch", "one_call"),
+}
+SAMPLE = "other draws of the same"  # nothing differs but the seed
 
 
 @dataclass
@@ -84,7 +92,7 @@ class Turn:
         ahead_in: Title of the one.
         behind_in: Title of the other.
         causes: Elements that reverse the order when they alone are exchanged between the two; else
-            that several do together, or what the rows were made with.
+            that several do together, or what the rows of the two were made with differently.
     """
 
     first: str
@@ -160,4 +168,14 @@ def _causes(ahead: Ranking, behind: Ranking, first: str, second: str) -> tuple[s
             protocol = exchange(protocol, other.protocol)
         if own.order(first, second, protocol) == reverse:
             return (TOGETHER,)
-    return (MADE_WITH,)
+    return (_made_differently(ahead.protocol, behind.protocol),)
+
+
+def _made_differently(one: ProtocolConfig, other: ProtocolConfig) -> str:
+    """Name what the rows of two protocols were made with differently."""
+    names = [
+        name
+        for name, keys in MADE_WITH.items()
+        if any(getattr(one, key) != getattr(other, key) for key in keys)
+    ]
+    return " or ".join(filter(None, (", ".join(names[:-1]), *names[-1:]))) or SAMPLE

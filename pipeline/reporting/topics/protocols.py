@@ -322,8 +322,8 @@ def _how() -> str:
     return (
         f"What turned a pair: each of {', '.join(ELEMENTS)} that reverses its order when it alone "
         "is exchanged between the two protocols, on the rows of either; where not even all of them "
-        f"together do, it is what the rows were made with ({MADE_WITH}). The number counts pairs "
-        "of solvers and protocols."
+        "together do, it is among what the rows were made with differently "
+        f"({', '.join(MADE_WITH)}). The number counts pairs of solvers and protocols."
     )
 
 

@@ -7,7 +7,7 @@ from itertools import combinations, product
 
 import pytest
 
-from pipeline.protocols.comparison import MADE_WITH, TOGETHER, Ranking, kendall_tau, turns
+from pipeline.protocols.comparison import SAMPLE, TOGETHER, Ranking, kendall_tau, turns
 from tests.protocol_rows import answers, protocol
 
 
@@ -86,7 +86,11 @@ def test_who_is_counted_turns_a_pair() -> None:
 def test_what_the_rows_were_made_with_turns_a_pair() -> None:
     same = protocol(rank__by="time")
     reverse = two(same, times=(FAST, SLOW))
-    assert causes(two(same), reverse) == (MADE_WITH,)
+    assert causes(two(same), reverse) == (SAMPLE,)
+    other = protocol(rank__by="time", start="none", draws=2, time_s=1e-3)
+    assert causes(two(same), two(other, times=(FAST, SLOW))) == ("start, budget or calls",)
+    near_home = protocol(rank__by="time", targets="near_home", within_deg=[3.0])
+    assert causes(two(same), two(near_home, times=(FAST, SLOW))) == ("targets",)
 
 
 def test_several_elements_turn_a_pair_together_only() -> None:
