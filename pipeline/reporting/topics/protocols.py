@@ -128,8 +128,8 @@ def rankings(rows: Rows) -> Table:
         title="The same solvers by everyone's protocol",
         caption="Each protocol with its own targets, start, budget, success and statistic "
         "(conf/protocol); = marks a tie in the digits that the protocol ranks by. Solvers are "
-        "ranked within a machine only; errors are recomputed from the joints. Ranks have no interval: "
-        "who is close may change places in another run, by time and under a budget of time most.",
+        "ranked within a machine only; errors are recomputed from the joints. Ranks have no "
+        "interval: who is close may change places in another run, by time and under a budget of time most.",
     )
 
 
