@@ -129,7 +129,8 @@ def rankings(rows: Rows) -> Table:
         caption="Each protocol with its own targets, start, budget, success and statistic "
         "(conf/protocol); = marks a tie in the digits that the protocol ranks by. Solvers are "
         "ranked within a machine only; errors are recomputed from the joints. Ranks have no "
-        "interval: who is close may change places in another run, by time and under a budget of time most.",
+        "interval: who is close may change places in another run, most of all by time and "
+        "under a budget of time.",
     )
 
 
@@ -316,7 +317,7 @@ def _value(ranking: Ranking, solver: str) -> str:
 def _causes(mine: list[Turn]) -> str | None:
     """Causes with the number of reversals that each explains, the most frequent first."""
     counts = Counter(cause for turn in mine for cause in turn.causes)
-    return ", ".join(f"{cause} {number}×" for cause, number in counts.most_common()) or None
+    return "; ".join(f"{cause} {number}×" for cause, number in counts.most_common()) or None
 
 
 def _how() -> str:
