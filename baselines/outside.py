@@ -54,9 +54,10 @@ def default_settings(target: str) -> dict[str, Any]:
     module, _, name = target.rpartition(".")
     try:
         found = inspect.signature(getattr(importlib.import_module(module), name)).parameters
-    except (ImportError, AttributeError, TypeError, ValueError):
+    except Exception:  # whatever a module of somebody else raises
         return {}
-    named = [each for each in list(found.values())[1:] if each.kind is not each.VAR_KEYWORD]
+    many = (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
+    named = [each for each in list(found.values())[1:] if each.kind not in many]
     bare = [each.name for each in named if each.default is each.empty]
     if bare:
         raise SolverError(

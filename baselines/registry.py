@@ -115,8 +115,9 @@ def solver_class(name: str) -> type[Solver]:
         if error.name and not module_name.startswith(error.name):
             raise SkippedSolver(f"solver {name!r}: not installed: {error.name}") from error
         raise SolverError(f"solver {name!r}: cannot import {target}: {error}") from error
-    except (ImportError, AttributeError) as error:
-        raise SolverError(f"solver {name!r}: cannot import {target}: {error}") from error
+    except Exception as error:  # whatever a module of somebody else raises
+        said = f"{type(error).__name__}: {error}"
+        raise SolverError(f"solver {name!r}: cannot import {target}: {said}") from error
     if not (isinstance(found, type) and issubclass(found, Solver)):
         raise SolverError(f"solver {name!r}: {target} is not a subclass of baselines.Solver")
     return found

@@ -26,6 +26,7 @@ BOXES = {
     "engine": "tasks: processes, SLURM, Ray",
     "evaluation": "raw rows, errors, statistics",
     "suites": "hard poses, answers re-judged",
+    "protocols": "everyone's way to measure",
     "learning": "networks, training, neural solvers",
     "planning": "Bezier motions, branches, timing",
     "grasping": "PyBullet trials",

@@ -60,6 +60,14 @@ class Artifacts:
         """Raw rows of a solver on a suite."""
         return self.root / "evaluate_suite" / robot / suite / f"{solver}.parquet"
 
+    def evaluate_protocol(self, robot: str, protocol: str, solver: str) -> Path:
+        """Folder of the raw rows of a solver by a protocol, a table for each batch size."""
+        return self.root / "evaluate_protocol" / robot / protocol / solver
+
+    def protocols(self, robot: str) -> Path:
+        """Folder of the tables and the figure of all protocols of a robot."""
+        return self.root / "protocols" / robot
+
     def judge(self, robot: str, suite: str, name: str) -> Path:
         """Raw rows of answers to a suite that came from elsewhere."""
         return self.root / "judge" / robot / suite / f"{name}.parquet"

@@ -35,7 +35,7 @@ PACKAGES = (
     "dvc",
 )
 NO_COMMIT = "no commit"
-DIFFERENCES = ("status", "--porcelain", "-uno", "--", ".", ":(exclude)results")
+DIFFERENCES = ("status", "--porcelain", "-uno", "--", ".", ":(exclude)results/*/*")
 
 
 @cache
@@ -64,7 +64,8 @@ def machine() -> dict[str, Any]:
 def commit() -> str:
     """Return the commit of this checkout, with ``+changes`` where files differ from it.
 
-    Files below results/ do not count: a run has written some when it says what it was run from.
+    Files in folders of results/ do not count: a run has written some when it says what it was run
+    from.
 
     Where there is no checkout under git (an unpacked archive, an installed package), "no commit".
     """

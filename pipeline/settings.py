@@ -21,6 +21,7 @@ from pipeline.learning.config import ModelConfig, TrainConfig
 from pipeline.learning.registry import config_classes
 from pipeline.perception.config import DetectorConfig, PerceptionConfig
 from pipeline.planning.config import PlanConfig
+from pipeline.protocols.config import ProtocolConfig
 from pipeline.reporting.config import ReportConfig
 from pipeline.speech.config import SpeechConfig
 from pipeline.suites.config import SuiteConfig
@@ -90,6 +91,7 @@ class Config:
     evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)
     sample: SampleConfig = field(default_factory=SampleConfig)
     suite: SuiteConfig = field(default_factory=SuiteConfig)
+    protocol: ProtocolConfig = field(default_factory=ProtocolConfig)
     plan: PlanConfig = field(default_factory=PlanConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)
     agent: AgentConfig = field(default_factory=AgentConfig)

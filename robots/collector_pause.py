@@ -1,8 +1,8 @@
 """No collection of garbage while kernels are compiled.
 
 Numba makes millions of objects for its types and its intermediate code and keeps most of them until
-a kernel is done, so the collector goes through them again and again and frees nothing. Without it a
-first answer comes some three seconds of twenty earlier, for 0.2 GB of memory meanwhile.
+a kernel is done, so the collector goes through them again and again and frees next to nothing.
+Without it a first answer comes seconds earlier (`benchmarks/start.py`), for more memory meanwhile.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """`numba.njit` with what all functions of this project have in common.
 
     They are kept on disk, see `robots.compiled_cache`, and go without the entry for C that numba
-    makes for each and that nobody calls: a tenth of what compiling takes.
+    makes for each and that nobody calls, but that takes time to compile.
 
     Args:
         **options: Others of `numba.njit`.

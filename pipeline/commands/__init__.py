@@ -46,6 +46,10 @@ RUNNING = {
         "suites.suites_of",
         "evaluate solvers on all suites of hard poses and print the tables: suites robot=panda",
     ),
+    "protocols": Command(
+        "protocols.protocols_of",
+        "the same solvers as six groups measure them, six rankings: protocols robot=panda",
+    ),
     "warm": Command("warm.warm", "compile the kernels before somebody waits for them"),
     "chat": Command(
         "chat.chat", "talk to a robot at its table, by text or by speech: chat robot=nicol"

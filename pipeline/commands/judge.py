@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from pathlib import Path
 
 from pipeline import provenance
@@ -11,11 +13,13 @@ from pipeline.commands.suites import tables
 from pipeline.config import compose
 from pipeline.data.files import sha256
 from pipeline.data.tables import write_table
+from pipeline.errors import ConfigError
 from pipeline.presentation.origin import origin_of
 from pipeline.stages.inputs import artifacts, robot_of, suite_of
 from pipeline.stages.running import make_suite
 from pipeline.suites.judging import COLUMNS, SUFFIX, judge
 
+PLAIN = re.compile(r"\w[\w.-]*")  # of a solver: it becomes the name of a file
 DESCRIPTION = """\
 judge FILE.parquet suite=near_singular robot=panda [--name mine] [profile=quick] [key=value ...]
 
@@ -33,12 +37,15 @@ def judge_file(arguments: list[str]) -> int:
     parser.add_argument("file", type=Path, metavar="FILE", help="Parquet, one row a pose")
     parser.add_argument("--name", help="of the solver in tables; that of the file where left out")
     options = parser.takes_overrides().parse(arguments)
+    label = options.name or options.file.stem
+    if not PLAIN.fullmatch(label):
+        raise ConfigError(f"--name is letters, digits, '_', '-' and '.', not {label!r}")
     config = compose(options.overrides)
     make_suite(config)
     robot, suite = robot_of(config), suite_of(config)
-    name = (options.name or options.file.stem) + SUFFIX
+    name = label + SUFFIX
     judged = judge(options.file, name, suite, robot, config.evaluate, config.seed)
-    path = artifacts(config).judge(robot.name, suite.name, name.removesuffix(SUFFIX))
+    path = artifacts(config).judge(robot.name, suite.name, label)
     facts = {
         **provenance.made_by(),
         **provenance.signature(config.profile),
@@ -50,7 +57,7 @@ def judge_file(arguments: list[str]) -> int:
     }
     with exclusive(path):
         write_table(path, judged.rows, facts)
-    command = f"python -m pipeline judge {options.file.name} {' '.join(options.overrides)}"
+    command = shlex.join(["python", "-m", "pipeline", "judge", *arguments])
     origin = origin_of(command, [facts], config.profile)
     for text in tables({(robot.name, suite.name, name): judged.rows}, config.report, origin):
         print(text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 from pipeline.artifacts import Artifacts
@@ -9,6 +10,7 @@ from pipeline.commands.arguments import command_parser
 from pipeline.config import compose, group_choices
 from pipeline.data.tables import read_metadata, read_table
 from pipeline.errors import ConfigError, PipelineError
+from pipeline.evaluation.config import row_name
 from pipeline.presentation.origin import Origin, origin_of
 from pipeline.progress import LOGGER
 from pipeline.reporting.config import ReportConfig
@@ -16,7 +18,7 @@ from pipeline.reporting.topics.suites import Rows, leaders, suites, tracking, un
 from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts
 from pipeline.stages.running import run_stage
-from pipeline.suites.drawing import SuiteError
+from pipeline.suites.drawing import NoProblemsError
 from robots.suggestions import unknown_name
 
 NAME = "suites"  # key of the command: which suites
@@ -36,12 +38,18 @@ def suites_of(arguments: list[str]) -> int:
     configs = [
         compose(["evaluate.keep=true", *overrides, f"suite={name}"]) for name in names
     ]  # a typo stops before the first suite
+    answered = []
     for config in configs:
         try:
             run_stage("evaluate-suite", config)
-        except SuiteError as error:
+            answered.append(config.suite.name)
+        except NoProblemsError as error:
             LOGGER.warning("suite %s is left out: %s", config.suite.name, error)
-    for text in _tables_of(configs[0], names):
+    if not answered:
+        raise NoProblemsError(
+            f"{configs[0].robot.name} has none of these suites: {', '.join(names)}"
+        )
+    for text in _tables_of(configs[0], answered, arguments):
         print(text)
     return 0
 
@@ -53,7 +61,7 @@ def _names(arguments: list[str]) -> tuple[list[str], list[str]]:
         key, _, value = argument.partition("=")
         if key == NAME:
             names = [name.strip() for name in value.strip("[]").split(",") if name.strip()]
-        elif key == "suite":
+        elif key in ("suite", "suite.name"):
             raise PipelineError(f"suites takes suites=[...], got {argument}")
         else:
             overrides.append(argument)
@@ -65,7 +73,7 @@ def _names(arguments: list[str]) -> tuple[list[str], list[str]]:
     return names, overrides
 
 
-def of_suite(path: Path, folders: Artifacts) -> bool:
+def _of_suite(path: Path, folders: Artifacts) -> bool:
     """Say whether rows are of the suite as it is now; those of an earlier one are named."""
     suite = folders.find(
         folders.suite(path.parent.parent.name, path.parent.name).relative_to(folders.root)
@@ -79,14 +87,15 @@ def of_suite(path: Path, folders: Artifacts) -> bool:
     return same
 
 
-def _tables_of(config: Config, names: list[str]) -> list[str]:
-    """Tables of the robot's rows as Markdown, those of the given suites."""
+def _tables_of(config: Config, names: list[str], arguments: list[str]) -> list[str]:
+    """Tables of the rows of a run as Markdown, those of the given suites."""
     robot, folders = config.robot.name, artifacts(config)
+    labels = {row_name(name, config.evaluate.pinned) for name in config.evaluate.solvers}
     places = [folders.evaluate_suite(robot, name, "").parent for name in names]
     paths = [path for place in places for path in sorted(place.glob("[!.]*.parquet"))]
-    paths = [path for path in paths if of_suite(path, folders)]
+    paths = [path for path in paths if path.stem in labels and _of_suite(path, folders)]
     rows: Rows = {(robot, path.parent.name, path.stem): read_table(path) for path in paths}
-    command = f"python -m pipeline suites robot={config.robot.name} profile={config.profile}"
+    command = shlex.join(["python", "-m", "pipeline", "suites", *arguments])
     origin = origin_of(command, [read_metadata(path) for path in paths], config.profile)
     return tables(rows, config.report, origin)
 

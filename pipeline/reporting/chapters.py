@@ -17,6 +17,7 @@ from pipeline.reporting.topics import (
     paper,
     planner,
     precision,
+    protocols,
     seeding,
     suites,
     timing,
@@ -76,6 +77,12 @@ CHAPTERS = (
         "Hard poses",
         "Where solvers differ: at limits, near singularities, at and beyond the edge of reach.",
         (suites.TOPIC,),
+    ),
+    Chapter(
+        "protocols",
+        "By everyone's protocol",
+        "The same solvers as six groups measure them: who leads depends on who measures.",
+        (protocols.TOPIC,),
     ),
     Chapter(
         "planning",

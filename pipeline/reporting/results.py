@@ -18,6 +18,7 @@ from pipeline.reporting.sweeps import SweptRun, read_sweeps
 
 Content = TypeVar("Content")
 Key = TypeVar("Key")
+ProtocolKey = tuple[str, str, str, int]
 PICTURES = (".png", ".gif")
 VIDEOS = (".mp4",)
 SMOKE = "smoke"  # the profile whose networks see a few hundred steps
@@ -33,6 +34,7 @@ EXPERIMENTS = (
     "compare_tuned",
     "detector",
     "evaluate_suite",
+    "evaluate_protocol",
     "judge",
 )
 
@@ -50,6 +52,8 @@ class Results:
         evaluated: Provenance of those rows, by (robot, solver).
         seeded: Raw rows from a neural seed and their provenance, by (robot, solver, its seeder).
         suites: Raw rows on suites of hard poses, by (robot, suite, solver).
+        protocols: Raw rows by other groups' protocols and their provenance, by (robot, protocol,
+            solver, batch size).
         sample: Raw rows of many solutions of one pose, by (robot, solver).
         swept: Trainings of sweeps below this folder.
         plan: Raw rows of the planner benchmark, by robot.
@@ -74,6 +78,7 @@ class Results:
         default_factory=dict
     )
     suites: dict[tuple[str, str, str], pd.DataFrame] = field(default_factory=dict)
+    protocols: dict[ProtocolKey, tuple[pd.DataFrame, dict[str, Any]]] = field(default_factory=dict)
     sample: dict[tuple[str, str], pd.DataFrame] = field(default_factory=dict)
     swept: list[SweptRun] = field(default_factory=list)
     plan: dict[str, pd.DataFrame] = field(default_factory=dict)
@@ -210,6 +215,14 @@ def _of_present_suite(results: Results, path: Path) -> bool:
     return same
 
 
+def _read_protocols(results: Results, place: Path) -> None:
+    for path in _files(place, "*/*/*.parquet"):
+        rows = _raw_rows(results, path)
+        if rows is not None:
+            key = (place.name, path.parts[-3], path.parts[-2], int(rows.batch_size.iloc[0]))
+            results.protocols[key] = (rows, results.keep_card(path))
+
+
 def _read_plan(results: Results, place: Path) -> None:
     wanted = []
     for path in _files(place, "*.parquet"):
@@ -263,6 +276,7 @@ READERS: dict[str, Callable[[Results, Path], None]] = {
     "compare_tuned": lambda r, p: _keep(r, r.compare_tuned, p.name, p / "trainings.parquet"),
     "detector": _read_detector,
     "evaluate_suite": _read_suites,
+    "evaluate_protocol": _read_protocols,
     "judge": _read_suites,
 }
 

@@ -106,6 +106,14 @@ STAGES = {
             on_demand=True,
         ),
         Stage(
+            "evaluate-protocol",
+            "solvers as another group measures them: protocol=trac_ik, ikflow, curobo, ...",
+            inputs=("train",),
+            groups=("robot", "protocol", "model", "evaluate", "solver", "engine"),
+            solvers=lambda config: config.protocol.solvers_by_key(),
+            on_demand=True,
+        ),
+        Stage(
             "sample",
             "many solutions of one pose, and how they spread",
             inputs=("dataset", "train"),

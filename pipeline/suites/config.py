@@ -22,7 +22,11 @@ class SuiteConfig:
     trajectories: int = MISSING
 
     def __post_init__(self) -> None:
-        """Refuse empty suites and versions that are none."""
+        """Refuse empty suites, versions that are none, and names that are no plain word."""
+        if not re.fullmatch(r"[a-z]\w*", self.name):
+            raise ConfigError(
+                f"suite.name is a plain word, the name of its files, not {self.name!r}"
+            )
         for key in ("version", "poses", "trajectories"):
             positive(f"suite.{key}", getattr(self, key))
 

@@ -24,6 +24,10 @@ class SuiteError(PipelineError):
     """A suite that cannot be generated, read, or judged for a robot."""
 
 
+class NoProblemsError(SuiteError):
+    """A robot has no such problems, such as poses at limits without limits."""
+
+
 def draw(robot: Robot, count: int, seed: int, propose: Propose) -> Problems:
     """Draw problems until there are so many whose configurations are free of self-collision.
 
@@ -36,7 +40,7 @@ def draw(robot: Robot, count: int, seed: int, propose: Propose) -> Problems:
         propose: Gives problems of one chunk, any number of them.
 
     Raises:
-        SuiteError: Nothing that is proposed is free of collision.
+        NoProblemsError: Nothing that is proposed is free of collision.
     """
     kept: list[Problems] = []
     number = accepted = 0
@@ -49,7 +53,7 @@ def draw(robot: Robot, count: int, seed: int, propose: Propose) -> Problems:
             accepted += len(problems)
         number += 1
         if number >= PATIENCE and accepted == 0:
-            raise SuiteError(
+            raise NoProblemsError(
                 f"none of {PATIENCE} chunks of {CHUNK} proposals for '{robot.name}' gives a "
                 "problem that is free of self-collision; look at allowed_collisions in its "
                 "robot.yaml, or leave this suite out"

@@ -63,7 +63,7 @@ def generate(robot: Robot, config: SuiteConfig, root: int) -> Suite:
         root: Root seed of the run.
 
     Raises:
-        SuiteError: The robot has no such problems, such as poses at limits without limits.
+        NoProblemsError: The robot has no such problems, such as poses at limits without limits.
     """
     seed = suite_seed(root, robot.name, config)
     problems = GENERATORS[config.generator](robot, config, seed)
@@ -108,7 +108,10 @@ def read_suite(path: Path, robot: Robot, config: SuiteConfig, root: int) -> Suit
         SuiteError: It is missing, damaged, or was made with other values, for another description
             of the robot, or by another version.
     """
-    again = f"make it again with: python -m pipeline suite robot={robot.name} suite={config.name}"
+    again = (
+        f"make it again with: python -m pipeline suite robot={robot.name} suite={config.name}, and "
+        "the other keys of this run"
+    )
     try:
         facts, frame = read_metadata(path), read_table(path)
     except TableError as error:

@@ -96,6 +96,8 @@ def judge(
 
 
 def _read(path: Path, suite: Suite, robot: Robot) -> pd.DataFrame:
+    if path.is_dir():
+        raise SuiteError(f"{path} is a folder; name the Parquet file of answers in it")
     try:
         frame = pq.read_table(path).to_pandas()
     except FileNotFoundError as error:
@@ -133,9 +135,10 @@ def _check_columns(path: Path, given: list[str], wanted: list[str], robot: Robot
 
 def _check_values(path: Path, frame: pd.DataFrame, wanted: list[str], count: int) -> None:
     for name in (name for name in wanted if name not in ("suite_checksum",)):
-        if not pd.api.types.is_numeric_dtype(frame[name]) or frame[name].dtype == bool:
+        numeric = pd.api.types.is_numeric_dtype(frame[name])
+        if not numeric or pd.api.types.is_bool_dtype(frame[name]):
             raise SuiteError(f"{path}: column {name} must hold numbers, got {frame[name].dtype}")
-    if frame.found.dtype != bool:
+    if not pd.api.types.is_bool_dtype(frame.found) or frame.found.isna().any():
         raise SuiteError(f"{path}: column found must hold true or false, got {frame.found.dtype}")
     pose = frame.pose.to_numpy(dtype=np.float64)
     wrong = ~((pose == np.floor(pose)) & (pose >= 0) & (pose < count))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pipeline.seeding import derive_seed
 from pipeline.suites.config import AtLimitsConfig, ShareConfig, SuiteConfig
-from pipeline.suites.drawing import SuiteError, draw, uniform_joints
+from pipeline.suites.drawing import NoProblemsError, draw, uniform_joints
 from pipeline.suites.problems import Problems, reached
 from pipeline.suites.singularity import scale, smallest_singular_value
 
@@ -38,11 +38,11 @@ def at_limits(robot: Robot, config: AtLimitsConfig, seed: int) -> Problems:
     within the margin; the others are uniform. The stratum is the number of joints.
 
     Raises:
-        SuiteError: Fewer than two joints have limits.
+        NoProblemsError: Fewer than two joints have limits.
     """
     limited = np.flatnonzero(~robot.endless)
     if len(limited) < 2:
-        raise SuiteError(
+        raise NoProblemsError(
             f"suite at_limits needs two joints with limits, '{robot.name}' has {len(limited)}; "
             "leave this suite out"
         )

@@ -61,6 +61,7 @@ def with_problems(rows: pd.DataFrame, suite: Suite, robot: Robot) -> pd.DataFram
             rows[name] = values
     if "step" in problems.further:
         step = np.full(len(rows), np.nan)
-        step[1:] = np.abs(np.diff(joints, axis=0)).max(axis=1)
+        after = robot.nearest_turns(joints[1:], joints[:-1])
+        step[1:] = np.abs(after - joints[:-1]).max(axis=1)
         rows["joint_step"] = np.where(problems.further["step"] > 0, step, np.nan)
     return rows

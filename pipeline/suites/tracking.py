@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.suites.config import TrackingConfig
-from pipeline.suites.drawing import PATIENCE, SuiteError, uniform_joints
+from pipeline.suites.drawing import PATIENCE, NoProblemsError, uniform_joints
 from pipeline.suites.postures import singular_joints
 from pipeline.suites.problems import Problems, joined, reached
 
@@ -76,7 +76,7 @@ def _path(
     """Draw paths until one keeps limits and is free of collision at its finest waypoints.
 
     Raises:
-        SuiteError: None does.
+        NoProblemsError: None does.
     """
     span = config.duration_s * _speed(robot, config) / PEAK
     places = np.linspace(-1.0, 1.0, LOOKED_AT)
@@ -93,7 +93,7 @@ def _path(
             finest = path.waypoints(max(config.rates_hz))
             if robot.within_limits(finest).all() and not robot.in_collision(finest).any():
                 return path
-    raise SuiteError(
+    raise NoProblemsError(
         f"no path of {config.duration_s:g} s of '{robot.name}' keeps its limits and is free of "
         "self-collision; take a smaller suite.duration_s, or leave this suite out"
     )

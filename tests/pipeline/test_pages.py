@@ -22,7 +22,8 @@ from baselines import registry
 from pipeline.__main__ import main
 from pipeline.commands import COMMANDS
 from pipeline.commands.paper import OWN
-from pipeline.commands.suites import NAME
+from pipeline.commands.protocols import NAME as PROTOCOLS
+from pipeline.commands.suites import NAME as SUITES
 from pipeline.config import compose, sweep
 from pipeline.locations import CONF_DIR
 from pipeline.stages.graph import STAGES
@@ -59,7 +60,8 @@ def test_a_command_of_the_pipeline_is_one_and_its_keys_compose(
     if name not in STAGES:
         assert main([name, "--help"]) == 0
         assert capsys.readouterr().out
-    own = {"paper": (*OWN,), "suites": (NAME,)}.get(name, ())  # the command's own keys
+    its_own = {"paper": (*OWN,), "suites": (SUITES,), "protocols": (PROTOCOLS,)}
+    own = its_own.get(name, ())
     keys = [
         item
         for item in arguments

@@ -1,4 +1,4 @@
-"""The commands of README and docs/ run to their end, at smoke scale, into a folder of their own."""
+"""The commands of stages in README and docs/ run to their end, and those that look around, at smoke scale, into a folder of their own."""
 
 from __future__ import annotations
 

@@ -96,9 +96,10 @@ def test_the_commit_of_a_repository_around_this_one_is_not_ours(
 def test_changed_code_is_a_change_and_a_changed_result_is_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "results").mkdir()
-    code, result = tmp_path / "code.py", tmp_path / "results" / "table.csv"
-    for file in (code, result):
+    (tmp_path / "results" / "studies").mkdir(parents=True)
+    code, input_ = tmp_path / "code.py", tmp_path / "results" / "rates.csv"
+    result = tmp_path / "results" / "studies" / "table.csv"
+    for file in (code, input_, result):
         file.write_text("")
     author = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
     for command in (["init", "-q"], ["add", "."], [*author, "commit", "-qm", "one"]):
@@ -107,8 +108,11 @@ def test_changed_code_is_a_change_and_a_changed_result_is_none(
     result.write_text("1")
     assert not provenance.commit().endswith("+changes")
     provenance.commit.cache_clear()
-    code.write_text("1")
-    assert provenance.commit().endswith("+changes")
+    for file in (code, input_):
+        file.write_text("1")
+        provenance.commit.cache_clear()
+        assert provenance.commit().endswith("+changes"), file
+        file.write_text("")
 
 
 def test_the_wheel_has_every_package() -> None:

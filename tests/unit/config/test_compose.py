@@ -14,6 +14,7 @@ from pipeline.locations import CONF_DIR
 from robots.locations import FOLDER
 
 GROUPS = (
+    "protocol",
     "robot",
     "model",
     "tune",

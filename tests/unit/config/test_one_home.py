@@ -39,6 +39,7 @@ PLAIN = (
     "evaluate",
     "sample",
     "suite",
+    "protocol",
     "plan",
     "grasp",
     "agent",

@@ -1,0 +1,1 @@
+"""How others measure, as data: targets, starts and budgets, and how rows become a ranking."""
