@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from omegaconf import MISSING
 
 from pipeline.checks import at_least, one_of, positive, positive_all, within
+from pipeline.errors import ConfigError
 
 TRACKING = "tracking"  # the generator whose size is counted in trajectories
 

@@ -1,4 +1,4 @@
-"""The commands of stages in README and docs/ run to their end, and those that look around, at smoke scale, into a folder of their own."""
+"""Stage commands of README and docs/ run to their end, at smoke scale; others look around."""
 
 from __future__ import annotations
 
