@@ -158,6 +158,6 @@ def checksum(frame: pd.DataFrame) -> str:
 
 
 def _inside(robot: Robot, joints: Array) -> Array:
-    """Joints as they are stored: rounded, which may not carry them over a limit, if they have one."""
+    """Joints as they are stored: rounded, which may not carry them over their limits."""
     stored = rounded(joints)
     return np.where(robot.endless, stored, np.clip(stored, robot.lower, robot.upper))

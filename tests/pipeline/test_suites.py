@@ -74,6 +74,8 @@ def test_answers_are_judged_from_the_command_line(
         (["evaluate-suite", "evaluate.seeded_by=cycleik"], "a suite says where solvers start"),
         (["evaluate-suite", "evaluate.solvers=[no_module:Solver]"], "cannot import no_module"),
         (["judge", "none.parquet", "suite=near"], "no suite 'near'"),
+        (["judge", "none.parquet", "suite=warm", "--name", "../mine"], "--name is letters"),
+        (["judge", "none.parquet", "suite=warm", "suite.name=../x"], "is a plain word"),
     ],
 )
 def test_what_cannot_be_is_refused(

@@ -86,6 +86,13 @@ def test_what_cannot_be_loaded_says_why(robot: Robot) -> None:
         baselines.load("pathlib:Path", robot)
 
 
+@pytest.mark.parametrize("source", ["raise RuntimeError('no licence')", "def broken(:"])
+def test_a_module_that_fails_is_named(source: str, module: Path, robot: Robot) -> None:
+    module.with_name("a_broken_solver.py").write_text(source, encoding="utf-8")
+    with pytest.raises(SolverError, match=r"cannot import a_broken_solver.Any: \w+Error: "):
+        baselines.load("a_broken_solver:Any", robot)
+
+
 def test_a_run_takes_it_and_its_rows_know_its_code(module: Path) -> None:
     name = "a_strangers_solver:Lazy"
     config = compose([f"evaluate.solvers=[{name}]", "profile=smoke"])

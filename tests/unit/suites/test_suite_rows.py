@@ -7,14 +7,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from baselines import Solution, Solver
+from pipeline.data.dataset import joint_columns
 from pipeline.evaluation.config import EvaluateConfig
 from pipeline.evaluation.runner import evaluate_solver, plan_chunks
 from pipeline.evaluation.task import EvaluationTask
 from pipeline.suites.generators import Suite
+from pipeline.suites.problems import reached
 from pipeline.suites.rows import COLUMNS, follows, initial, with_problems
-from robots import Robot
+from robots import Robot, load_robot
 
 
 class Adds(Solver):
@@ -71,3 +74,20 @@ def test_a_waypoint_starts_from_the_answer_before(
     resumed = with_problems(evaluate_solver(again, evaluate, tmp_path), followed, arm)
     assert len(again.solver.given) == 3  # type: ignore[attr-defined]
     np.testing.assert_array_equal(resumed[["q0", "q1"]], rows[["q0", "q1"]])
+
+
+def test_a_full_turn_of_an_endless_joint_is_no_step() -> None:
+    """And a trajectory runs on over half a turn, where a joint with limits would be held."""
+    robot = load_robot("fetch")
+    turning = int(np.flatnonzero(robot.endless)[0])
+    joints = np.repeat(robot.home[None], 3, axis=0)
+    joints[:, turning] = [3.10, 3.14, 3.18]
+    start = np.full_like(joints, np.nan)
+    further = {"step": np.arange(3), "trajectory": np.zeros(3, dtype=int)}
+    problems = reached(robot, joints, "plain", start, **further)
+    np.testing.assert_allclose(problems.joints, joints)
+    answers = joints.copy()
+    answers[1, turning] -= 2 * np.pi
+    frame = pd.DataFrame(answers, columns=joint_columns(robot)).assign(pose=np.arange(3))
+    rows = with_problems(frame, Suite("tracking", 1, problems, ""), robot)
+    np.testing.assert_allclose(rows.joint_step, [np.nan, 0.04, 0.04], atol=1e-9)
