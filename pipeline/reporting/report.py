@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from pipeline.artifacts import exclusive
 from pipeline.data.files import write_json, write_text
 from pipeline.errors import MissingArtifactError
 from pipeline.presentation.naming import ordered_robots
@@ -75,6 +76,13 @@ def make_report(
         html=results_dir / "report.html",
         metrics=results_dir / "metrics.json",
     )
+    with exclusive(paths.html):
+        _write(data, config, paths)
+    return paths
+
+
+def _write(data: ReportData, config: ReportConfig, paths: ReportPaths) -> None:
+    """Write all that belongs to a report, and remove what no longer does."""
     sections = [
         Section(
             chapter,
@@ -89,7 +97,6 @@ def make_report(
     _remove_others(paths.figures, [*pictures, *(p.with_suffix(".pdf") for p in pictures)])
     write_json(paths.metrics, headline_metrics(data.results, data.summary))
     write_text(paths.html, render(data.results, config, sections))
-    return paths
 
 
 def make_table(results_dir: Path, published: Path, config: ReportConfig, name: str) -> Table:

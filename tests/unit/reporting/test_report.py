@@ -4,10 +4,12 @@ import importlib
 import json
 import re
 from pkgutil import iter_modules
+from threading import Thread
 
 import pytest
 from synthetic import PUBLISHED, raw_rows, report_config, write_results
 
+from pipeline.artifacts import exclusive
 from pipeline.data.tables import write_table
 from pipeline.errors import MissingArtifactError
 from pipeline.presentation.published import read_published
@@ -103,6 +105,19 @@ def test_stages_that_left_nothing_are_named(tmp_path):
     for stage in ("tune", "train", "evaluate", "plan", "grasp"):
         assert f"The {stage} stage has left nothing" in page
     assert json.loads(paths.metrics.read_text()) == {}
+
+
+def test_a_second_report_of_a_folder_waits_for_the_first(tmp_path):
+    folder = tmp_path / "quick"
+    (folder / "dataset" / "panda").mkdir(parents=True)
+    second = Thread(target=make_report, args=(folder, PUBLISHED, CONFIG), daemon=True)
+    with exclusive(folder / "report.html"):
+        second.start()
+        second.join(0.5)
+        assert second.is_alive()
+        assert not (folder / "report.html").exists()
+    second.join(60.0)
+    assert (folder / "report.html").exists()
 
 
 def test_a_folder_that_no_stage_wrote_to_is_refused_and_not_made(tmp_path):
