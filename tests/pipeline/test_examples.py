@@ -29,7 +29,7 @@ def test_there_are_ten_short_ones_and_each_is_tested() -> None:
     for path in scripts():
         assert len(path.read_text(encoding="utf-8").splitlines()) < LONGEST, path.name
     here = Path(__file__).read_text(encoding="utf-8")
-    slow = (FOLDER / "tests/slow/test_examples.py").read_text(encoding="utf-8")
+    slow = (FOLDER / "tests/slow/test_slow_examples.py").read_text(encoding="utf-8")
     for name in names:
         assert f'"{name[:2]}"' in (slow if name[:2] in SLOW else here), name
 

@@ -101,7 +101,8 @@ def imported_names(node: ast.AST) -> Iterator[str]:
 def reached(modules: tuple[str, ...]) -> set[str]:
     """Files that some modules run, found from their syntax."""
     waiting = [f"{module.replace('.', '/')}.py" for module in modules]
-    waiting += [f"{'/'.join(m.split('.')[:n])}/__init__.py" for m in modules for n in (1, 2)]
+    parted = [module.split(".") for module in modules]
+    waiting += [f"{'/'.join(m[:n])}/__init__.py" for m in parted for n in range(1, len(m))]
     found: set[str] = set()
     while waiting:
         file = waiting.pop()
