@@ -102,7 +102,7 @@ def reached(modules: tuple[str, ...]) -> set[str]:
     """Files that some modules run, found from their syntax."""
     waiting = [f"{module.replace('.', '/')}.py" for module in modules]
     parted = [module.split(".") for module in modules]
-    waiting += [f"{'/'.join(m[:n])}/__init__.py" for m in parted for n in range(1, len(m))]
+    waiting += [f"{'/'.join(m[:n])}/__init__.py" for m in parted for n in range(1, len(m) + 1)]
     found: set[str] = set()
     while waiting:
         file = waiting.pop()
