@@ -15,7 +15,7 @@ from pipeline.presentation.naming import robot_title, solver_title
 from pipeline.presentation.table import Table
 from pipeline.reporting.evidence import Evidence
 
-# Undecided: tested, and what came of it could be chance.
+# Undecided: tested, and what came of it has another explanation, such as chance.
 HOLDS, FAILS, UNDECIDED, UNTESTED = "holds", "does not hold", "undecided", "not tested"
 VERDICTS = (HOLDS, FAILS, UNDECIDED, UNTESTED)
 SAID = ("id", "claim", "where", "test")  # what every claim says
