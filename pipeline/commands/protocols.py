@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -42,7 +43,7 @@ def protocols_of(arguments: list[str]) -> int:
     ]  # a typo stops before the first protocol
     for config in configs:
         run_stage("evaluate-protocol", config)
-    for path in _write(configs):
+    for path in _write(configs, arguments):
         print(path)
     return 0
 
@@ -67,14 +68,14 @@ def _names(arguments: list[str]) -> tuple[list[str], list[str]]:
     return names, overrides
 
 
-def _write(configs: list[Config]) -> list[Path]:
+def _write(configs: list[Config], arguments: list[str]) -> list[Path]:
     """Print tables of the robot's rows, and write them and the figure."""
     config = configs[0]
     robot, folder = config.robot.name, artifacts(config).protocols(config.robot.name)
     paths = _tables_of_rows(configs)
     facts = {path: read_metadata(path) for path in paths.values()}
     rows: Rows = {key: (read_table(path), facts[path]) for key, path in paths.items()}
-    command = f"python -m pipeline protocols robot={robot} profile={config.profile}"
+    command = shlex.join(["python", "-m", "pipeline", "protocols", *arguments])
     origin = origin_of(command, list(facts.values()), config.profile)
     notes = [f"Left out: {name} ({why})." for name, why in left_out(config).items()]
     written = []
