@@ -71,7 +71,7 @@ def _names(arguments: list[str]) -> tuple[list[str], list[str]]:
 def _write(configs: list[Config], arguments: list[str]) -> list[Path]:
     """Print tables of the robot's rows, and write them and the figure."""
     config = configs[0]
-    robot, folder = config.robot.name, artifacts(config).protocols(config.robot.name)
+    folder = artifacts(config).protocols(config.robot.name)
     paths = _tables_of_rows(configs)
     facts = {path: read_metadata(path) for path in paths.values()}
     rows: Rows = {key: (read_table(path), facts[path]) for key, path in paths.items()}
