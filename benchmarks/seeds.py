@@ -35,6 +35,7 @@ from benchmarks.studies import STUDIES, write_study
 from pipeline import load_robot, load_solver
 from pipeline.learning.refined import RefinedSolver
 from pipeline.presentation.naming import robot_title
+from pipeline.presentation.style import LOOKS, panels, save, styled
 from robots import Robot, available_robots
 
 Array = NDArray[np.float64]
@@ -45,6 +46,7 @@ SIZES = (2_048, 20_000, 200_000)  # of lookups
 NEIGHBOURS = 4
 HEADS = 4
 WARM_DEG = 10.0
+NOTHING_S, DPI = 0.01, 150  # where the figure puts what costs nothing; its pixels an inch
 SPARE = 20  # times the poses are drawn, of which those in the network's box are taken
 RATES = Path(__file__).parents[1] / "results" / "rates.csv"
 
@@ -87,7 +89,8 @@ def main() -> None:
         command = f"python -m benchmarks.seeds {which} --rounds {options.rounds}"
         seeds = f"of poses {POSE_SEED}, of random starts {RANDOM_SEED}"
         write_study(NAME, table, text, f"{command} --write", seeds)
-        draw(table).savefig(STUDIES / f"{NAME}.png", dpi=150)
+        with styled():
+            save(draw(table), STUDIES, NAME, DPI)
 
 
 def sources(robot: Robot, joints: Array, refined: RefinedSolver) -> list[Source]:
@@ -212,32 +215,26 @@ def described(table: pd.DataFrame) -> list[str]:
 def draw(table: pd.DataFrame) -> Figure:
     """What a seed costs to have against the iterations that it leaves and the time of a pose."""
     shown = table[~table.source.str.startswith("warm")]
-    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
-    panels = figure.subplots(1, 2)
+    figure, axes = panels(2, 4.5, 3.6)
     marks = dict(zip(shown.source.unique(), "oXsDP^v", strict=True))
-    colours = dict(zip(table.robot.unique(), [f"C{i}" for i in range(10)], strict=False))
-    for axes, column, title in (
-        (panels[0], "iterations", "iterations a pose"),
-        (panels[1], "time_us", "time a pose with the seeding [µs]"),
-    ):
+    colours = {name: look.colour for name, look in zip(table.robot.unique(), LOOKS, strict=False)}
+    columns = {
+        "iterations": "iterations a pose",
+        "time_us": "time a pose with the seeding [µs]",
+    }
+    for axis, (column, title) in zip(axes, columns.items(), strict=True):
         for row in shown.to_dict("records"):
-            axes.plot(
-                max(row["preparation_s"], 0.01),
-                row[column],
-                marks[row["source"]],
-                color=colours[row["robot"]],
-                markersize=7,
-            )
-        axes.set_xscale("log")
-        axes.set_yscale("log" if column == "time_us" else "linear")
-        axes.set_xlabel("preparation [s of a core]; 0.01 stands for none")
-        axes.set_title(title, loc="left", fontsize=10)
-        axes.grid(color="0.9")
-        axes.spines[["top", "right"]].set_visible(False)
+            cost = max(row["preparation_s"], NOTHING_S)
+            look = {"marker": marks[row["source"]], "color": colours[row["robot"]]}
+            axis.plot(cost, row[column], linestyle="", markersize=6, **look)
+        axis.set_xscale("log")
+        axis.set_yscale("log" if column == "time_us" else "linear")
+        axis.set_xlabel(f"preparation [s of a core]; {NOTHING_S:g} stands for none")
+        axis.set_title(title)
     handles = [Line2D([], [], marker=m, linestyle="", color="0.3") for m in marks.values()]
-    handles += [Line2D([], [], color=c, linewidth=3) for c in colours.values()]
+    handles += [Line2D([], [], color=colour, linewidth=3) for colour in colours.values()]
     names = [*marks, *(robot_title(name) for name in colours)]
-    figure.legend(handles, names, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+    figure.legend(handles, names, loc="outside lower center", ncols=4)
     return figure
 
 

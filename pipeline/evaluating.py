@@ -46,8 +46,9 @@ def evaluate(
     from pipeline.evaluation.runner import evaluate_solver
     from pipeline.evaluation.task import EvaluationTask
 
+    targets = check_poses(poses)
     if budget is not None:
-        solver.solve(check_poses(poses)[:0], budget=budget)  # refuses what it does not heed
+        solver.solve(targets[:0], budget=budget)  # refuses what it does not heed
     limits = (None, None) if budget is None else (budget.time_s, budget.iterations)
     try:
         config = replace(
@@ -60,6 +61,4 @@ def evaluate(
     except ValueError as error:
         raise ConfigError(str(error)) from error
     label = name or solver.name or type(solver).__name__
-    return evaluate_solver(
-        EvaluationTask(solver.robot, solver, check_poses(poses), 0, label), config
-    )
+    return evaluate_solver(EvaluationTask(solver.robot, solver, targets, 0, label), config)

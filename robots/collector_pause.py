@@ -12,6 +12,8 @@ from typing import Any
 
 from numba.core import event
 
+from robots.compile_notice import EVENT
+
 
 class CollectorPause(event.Listener):
     """Stops Python's cyclic collector from the start of a kernel until it is done.
@@ -46,4 +48,4 @@ def pause_collector_while_compiling() -> None:
     global _pause
     if _pause is None:
         _pause = CollectorPause()
-        event.register("numba:compile", _pause)
+        event.register(EVENT, _pause)

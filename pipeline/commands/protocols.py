@@ -8,9 +8,9 @@ from pathlib import Path
 
 from pipeline.artifacts import exclusive
 from pipeline.commands.arguments import command_parser
-from pipeline.config import compose, group_choices
+from pipeline.commands.choices import split_choices
+from pipeline.config import compose
 from pipeline.data.tables import read_metadata, read_table
-from pipeline.errors import ConfigError, PipelineError
 from pipeline.evaluation.config import row_name
 from pipeline.presentation.origin import origin_of
 from pipeline.presentation.style import save, styled
@@ -20,7 +20,6 @@ from pipeline.settings import Config
 from pipeline.stages.evaluate_protocol import left_out, rows_name
 from pipeline.stages.inputs import artifacts
 from pipeline.stages.running import run_stage
-from robots.suggestions import unknown_name
 
 NAME = "protocols"  # key of the command: which protocols
 FIGURE = "protocols"
@@ -37,7 +36,7 @@ it continues.
 def protocols_of(arguments: list[str]) -> int:
     """Run the protocols of one robot."""
     options = command_parser(NAME, DESCRIPTION).takes_overrides().parse(arguments)
-    names, overrides = _names(options.overrides)
+    names, overrides = split_choices("protocol", options.overrides)
     configs = [
         compose(["evaluate.keep=true", *overrides, f"protocol={name}"]) for name in names
     ]  # a typo stops before the first protocol
@@ -46,26 +45,6 @@ def protocols_of(arguments: list[str]) -> int:
     for path in _write(configs, arguments):
         print(path)
     return 0
-
-
-def _names(arguments: list[str]) -> tuple[list[str], list[str]]:
-    """Split the protocols of the command from overrides of the stage."""
-    known = group_choices("protocol")
-    names, overrides = known, []
-    for argument in arguments:
-        key, _, value = argument.partition("=")
-        if key == NAME:
-            names = [name.strip() for name in value.strip("[]").split(",") if name.strip()]
-        elif key == "protocol":
-            raise PipelineError(f"protocols takes protocols=[...], got {argument}")
-        else:
-            overrides.append(argument)
-    for name in names:
-        if name not in known:
-            raise ConfigError(unknown_name("protocol", name, known))
-    if not names:
-        raise ConfigError(f"protocols=[] names no protocol; expected some of {known}")
-    return names, overrides
 
 
 def _write(configs: list[Config], arguments: list[str]) -> list[Path]:

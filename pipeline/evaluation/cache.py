@@ -75,12 +75,11 @@ def _solver_facts(task: EvaluationTask, config: EvaluateConfig) -> dict[str, Any
 
 
 def _pose_facts(task: EvaluationTask) -> dict[str, Any]:
+    following = {}
+    if task.follows is not None:
+        following["follows"] = array_checksum(task.follows.astype(np.float64))
     return {
-        **(
-            {}
-            if task.follows is None
-            else {"follows": array_checksum(np.asarray(task.follows, dtype=np.float64))}
-        ),
+        **following,
         "initial": HOME if task.initial is None else array_checksum(task.initial),
         "poses": len(task.poses),
         "poses_checksum": array_checksum(task.poses),

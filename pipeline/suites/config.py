@@ -10,7 +10,9 @@ from omegaconf import MISSING
 from pipeline.checks import at_least, one_of, positive, positive_all, within
 from pipeline.errors import ConfigError
 
-TRACKING = "tracking"  # the generator whose size is counted in trajectories
+# Generators that are judged in their own way: by a true "no", and by whole trajectories, in which
+# the size of the second is counted as well.
+UNREACHABLE, TRACKING = "unreachable", "tracking"
 
 
 @dataclass
@@ -113,7 +115,7 @@ CLASSES: dict[str, type[SuiteConfig]] = {
     "at_limits": AtLimitsConfig,
     "near_singular": ShareConfig,
     "boundary": ShareConfig,
-    "unreachable": UnreachableConfig,
+    UNREACHABLE: UnreachableConfig,
     "warm": WarmConfig,
     TRACKING: TrackingConfig,
 }

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.data.tables import TableError, read_metadata, read_table, write_table
 from pipeline.seeding import derive_seed
 from pipeline.suites import postures
-from pipeline.suites.config import TRACKING, SuiteConfig
+from pipeline.suites.config import TRACKING, UNREACHABLE, SuiteConfig
 from pipeline.suites.drawing import SuiteError
 from pipeline.suites.problems import Problems, checksum, from_frame, to_frame
 from pipeline.suites.tracking import tracking
@@ -26,7 +26,7 @@ GENERATORS: dict[str, Callable[..., Problems]] = {
     "at_limits": postures.at_limits,
     "near_singular": postures.near_singular,
     "boundary": postures.boundary,
-    "unreachable": unreachable,
+    UNREACHABLE: unreachable,
     "warm": warm,
     TRACKING: tracking,
 }
@@ -38,12 +38,14 @@ class Suite:
 
     Attributes:
         name: As in conf/suite.
+        generator: What is in it, a key of `GENERATORS`.
         version: Of what is in it; another generator is another version.
         problems: The problems.
         checksum: SHA-256 of their content (`pipeline.suites.problems.checksum`).
     """
 
     name: str
+    generator: str
     version: int
     problems: Problems
     checksum: str
@@ -68,7 +70,7 @@ def generate(robot: Robot, config: SuiteConfig, root: int) -> Suite:
     seed = suite_seed(root, robot.name, config)
     problems = GENERATORS[config.generator](robot, config, seed)
     content = checksum(to_frame(problems, robot))
-    return Suite(config.name, config.version, problems, content)
+    return Suite(config.name, config.generator, config.version, problems, content)
 
 
 def suite_facts(robot: Robot, config: SuiteConfig, root: int) -> dict[str, Any]:
@@ -122,7 +124,8 @@ def read_suite(path: Path, robot: Robot, config: SuiteConfig, root: int) -> Suit
     content = checksum(frame)
     if content != facts.get("suite_checksum"):
         raise SuiteError(f"{path} was changed after it was written; {again}")
-    return Suite(config.name, config.version, from_frame(frame, robot), content)
+    problems = from_frame(frame, robot)
+    return Suite(config.name, config.generator, config.version, problems, content)
 
 
 def suite_differs(facts: dict[str, Any], wanted: dict[str, Any]) -> list[str]:

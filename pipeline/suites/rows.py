@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 COLUMNS = {  # beside those of pipeline.evaluation.rows
     "suite": "name of the suite",
+    "suite_generator": "what is in it",
     "suite_version": "its version",
     STRATUM: "kind of problem within it",
     "known_distance": "largest joint distance from the known configuration [rad or m]; else NaN",
@@ -52,7 +53,12 @@ def with_problems(rows: pd.DataFrame, suite: Suite, robot: Robot) -> pd.DataFram
     """
     problems = suite.problems.at(rows.pose.to_numpy())
     joints = rows[joint_columns(robot)].to_numpy(dtype=np.float64)
-    rows = rows.assign(suite=suite.name, suite_version=suite.version, stratum=problems.stratum)
+    rows = rows.assign(
+        suite=suite.name,
+        suite_generator=suite.generator,
+        suite_version=suite.version,
+        stratum=problems.stratum,
+    )
     known = problems.joints
     turned = robot.nearest_turns(joints, np.where(np.isnan(known), joints, known))
     rows["known_distance"] = np.abs(turned - known).max(axis=1)

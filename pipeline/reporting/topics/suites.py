@@ -26,11 +26,11 @@ from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig, tolerance_title
 from pipeline.reporting.data import Topic
 from pipeline.reporting.summary import apply_not_found, successes
+from pipeline.suites.config import TRACKING, UNREACHABLE
 
 Rows = Mapping[tuple[str, str, str], pd.DataFrame]
 Flags = NDArray[np.bool_]
 
-UNREACHABLE, TRACKING = "unreachable", "tracking"
 QUICK_MS = 0.1  # where all succeed in the end, who does so within this time tells them apart
 QUICK = f"within {QUICK_MS:g} ms"
 JUMP = 0.1  # rad or m from one waypoint to the next that no trajectory asks for
@@ -118,14 +118,15 @@ def suites(rows: Rows, config: ReportConfig) -> Table:
         [
             {**names, **_success(part, config), **_times(part)}
             for names, part in _each(rows)
-            if names["suite"] not in (UNREACHABLE, TRACKING)
+            if _generator(part) not in (UNREACHABLE, TRACKING)
         ],
         SUITES,
         name="suites",
         title="Suites of hard poses",
         caption=f"Success at {tolerance_title(config.success.strict)} (Euclidean, geodesic, joint "
         f"limits kept) with {config.confidence * 100:g} % Wilson intervals, time of a call with "
-        "one pose, found or not, and the mean error of the answers to those that were missed.",
+        "one pose, found or not (none for a solver that was given batches), and the mean error of "
+        "the answers to those that were missed.",
     )
 
 
@@ -211,13 +212,13 @@ def _each(rows: Rows) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
 
 
 def _by(
-    rows: Rows, suite: str, column: str | list[str]
+    rows: Rows, generator: str, column: str | list[str]
 ) -> Iterator[tuple[dict[str, str], Any, pd.DataFrame]]:
-    """Rows of one suite, parted by columns: robot by robot, part by part, solver by solver."""
+    """Rows of suites of one generator, parted by columns: by robot, by part, by solver."""
     parts = [
         (names, kind, part)
         for names, whole in _each(rows)
-        if names["suite"] == suite
+        if _generator(whole) == generator
         for kind, part in whole.groupby(column, sort=False)
     ]
     for robot in dict.fromkeys(names["robot"] for names, _, _ in parts):
@@ -228,10 +229,10 @@ def _by(
 
 def _rates(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Interval]:
     """The rates by which solvers are ranked in a suite."""
-    suite, solved = rows.suite.iloc[0], _solved(rows, config)
-    if suite == UNREACHABLE:
+    generator, solved = _generator(rows), _solved(rows, config)
+    if generator == UNREACHABLE:
         return {"true no": _interval(~rows.found.to_numpy(dtype=bool), config)}
-    if suite == TRACKING:
+    if generator == TRACKING:
         return {"followed": _interval(_follows(rows, config), config)}
     rates = {"success": _interval(solved, config)}
     if (quick := _quick(rows)) is not None:
@@ -239,10 +240,20 @@ def _rates(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Interval]:
     return rates
 
 
+def _generator(rows: pd.DataFrame) -> str:
+    return str(rows.suite_generator.iloc[0])
+
+
+def _call_ms(rows: pd.DataFrame) -> NDArray[np.float64] | None:
+    """(N,) time of a call with one pose; None for rows without times and of larger batches."""
+    times = rows.time_per_pose_us.to_numpy(dtype=float) / US_PER_MS
+    return None if np.isnan(times).any() or (rows.batch_size > 1).any() else times
+
+
 def _quick(rows: pd.DataFrame) -> Flags | None:
-    """(N,) which calls took no longer than `QUICK_MS`; None for rows without times."""
-    times = rows.time_per_pose_us
-    return None if times.isna().any() else np.asarray(times <= QUICK_MS * US_PER_MS)
+    """(N,) which calls took no longer than `QUICK_MS`; None where no time of a call is known."""
+    times = _call_ms(rows)
+    return None if times is None else times <= QUICK_MS
 
 
 def _success(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
@@ -306,8 +317,10 @@ def _errors(rows: pd.DataFrame) -> dict[str, float | None]:
     return {name: float(rows[name].mean()) if len(rows) else None for name in names}
 
 
-def _times(rows: pd.DataFrame) -> dict[str, float]:
-    times = rows.time_per_pose_us.to_numpy(dtype=float) / US_PER_MS
+def _times(rows: pd.DataFrame) -> dict[str, float | None]:
+    times = _call_ms(rows)
+    if times is None:
+        return {"time_median_ms": None, "time_p99_ms": None}
     return {
         "time_median_ms": float(np.median(times)),
         "time_p99_ms": float(np.quantile(times, 0.99)),

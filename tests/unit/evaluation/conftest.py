@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.evaluation.config import EvaluateConfig, Tolerance
 from robots import load_robot
+from tests.evaluation import evaluate_config
 
 TWO_LINK = Path(__file__).parents[2] / "fixtures" / "two_link.urdf"
 
@@ -17,23 +17,4 @@ def robot():
 
 @pytest.fixture
 def config():
-    return EvaluateConfig(
-        solvers=["scripted"],
-        seeded_by="home",
-        poses=0,
-        time_s=None,
-        iterations=None,
-        not_found="idle",
-        claim=Tolerance(position_mm=10.0, rotation_deg=20.0),
-        limit_slack=1e-6,
-        batch_sizes=[1],
-        error_batch_size={},
-        latency_poses=4,
-        warm_up=0,
-        threads=1,
-        pinned=True,
-        first_core=0,
-        side_by_side=1,
-        keep=False,
-        chunk=5,
-    )
+    return evaluate_config()

@@ -22,6 +22,8 @@ def rows(solver, suite, solved, stratum="any", **columns):
     values = {
         "solver": solver,
         "suite": suite,
+        "suite_generator": suite,
+        "batch_size": 1,
         "stratum": stratum,
         "found": good,
         "answered": True,

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.evaluation.config import EvaluateConfig, Tolerance
+from pipeline.evaluation.config import EvaluateConfig
 from pipeline.suites.generators import Suite
 from pipeline.suites.problems import Problems, checksum, reached, to_frame
 from robots import Robot, load_robot
+from tests.evaluation import evaluate_config
 
 TWO_LINK = Path(__file__).parents[2] / "fixtures" / "two_link.urdf"
 
@@ -21,7 +22,7 @@ def arm() -> Robot:
 
 
 def suite(robot: Robot, problems: Problems, name: str = "warm") -> Suite:
-    return Suite(name, 3, problems, checksum(to_frame(problems, robot)))
+    return Suite(name, name, 3, problems, checksum(to_frame(problems, robot)))
 
 
 @pytest.fixture
@@ -47,23 +48,4 @@ def followed(arm: Robot) -> Suite:
 
 @pytest.fixture
 def evaluate() -> EvaluateConfig:
-    return EvaluateConfig(
-        solvers=["scripted"],
-        seeded_by="home",
-        poses=0,
-        time_s=None,
-        iterations=None,
-        not_found="idle",
-        claim=Tolerance(position_mm=10.0, rotation_deg=20.0),
-        limit_slack=1e-6,
-        batch_sizes=[1],
-        error_batch_size={},
-        latency_poses=4,
-        warm_up=0,
-        threads=1,
-        pinned=False,
-        first_core=0,
-        side_by_side=1,
-        keep=False,
-        chunk=2,
-    )
+    return evaluate_config(pinned=False, chunk=2)

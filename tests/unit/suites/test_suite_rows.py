@@ -89,5 +89,5 @@ def test_a_full_turn_of_an_endless_joint_is_no_step() -> None:
     answers = joints.copy()
     answers[1, turning] -= 2 * np.pi
     frame = pd.DataFrame(answers, columns=joint_columns(robot)).assign(pose=np.arange(3))
-    rows = with_problems(frame, Suite("tracking", 1, problems, ""), robot)
+    rows = with_problems(frame, Suite("tracking", "tracking", 1, problems, ""), robot)
     np.testing.assert_allclose(rows.joint_step, [np.nan, 0.04, 0.04], atol=1e-9)
