@@ -139,7 +139,7 @@ def places(edges: Edges) -> dict[str, tuple[float, float]]:
     x: dict[str, float] = {}
 
     def spread(row: list[str]) -> None:
-        widths = [(GAP if "@" in name else WIDTH) + GAP_X for name in row]
+        widths = [_width(name) + GAP_X for name in row]
         left = -sum(widths) / 2
         for name, width in zip(row, widths, strict=True):
             x[name] = left + width / 2
@@ -151,9 +151,9 @@ def places(edges: Edges) -> dict[str, tuple[float, float]]:
         for row in levels if sweep % 2 else levels[::-1]:
             row.sort(key=lambda name: (round(fmean(x[b] for b in near[name]), 3), name))
             spread(row)
-    most, top = max(map(abs, x.values())) + WIDTH / 2 + MARGIN, len(levels) - 1
+    left, top = min(x[name] - _width(name) / 2 for name in x), len(levels) - 1
     return {
-        name: (most + x[name], MARGIN + HEIGHT / 2 + (top - k) * (HEIGHT + GAP_Y))
+        name: (MARGIN + x[name] - left, MARGIN + HEIGHT / 2 + (top - k) * (HEIGHT + GAP_Y))
         for k, row in enumerate(levels)
         for name in row
     }
@@ -164,7 +164,7 @@ def picture() -> str:
     edges = imports()
     place = places(edges)
     boxes = sorted(set(place) & set(edges))
-    width = max(place[box][0] for box in boxes) + WIDTH / 2 + MARGIN
+    width = max(place[name][0] + _width(name) / 2 for name in place) + MARGIN
     height = max(place[box][1] for box in boxes) + HEIGHT / 2 + MARGIN
     size = f"{width:.0f} {height:.0f}"
     return "\n".join(
@@ -179,6 +179,11 @@ def picture() -> str:
             "",
         ]
     )
+
+
+def _width(name: str) -> int:
+    """Pixels of a box, or of the gap that a line passes a row in."""
+    return GAP if "@" in name else WIDTH
 
 
 def _line(way: list[tuple[float, float]]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import runpy
 from typing import Any
 
@@ -41,3 +42,12 @@ def test_only_lines_that_follow_from_others_are_left_out(drawn: dict[str, Any]) 
 def test_a_line_passes_a_gap_in_each_row_between(drawn: dict[str, Any]) -> None:
     edges = {"a": {"b", "d"}, "b": {"c"}, "c": set(), "d": set()}
     assert drawn["routes"](edges)["a", "d"] == ["a", "a>d@1", "d"]
+
+
+def test_every_box_and_every_line_lies_inside_the_picture(drawn: dict[str, Any]) -> None:
+    text = drawn["picture"]()
+    width, height = map(float, re.findall(r'viewBox="0 0 (\d+) (\d+)"', text)[0])
+    ways = [re.findall(r"(-?\d+) (-?\d+)", path) for path in re.findall(r' d="([^"]+)"', text)]
+    points = [(float(x), float(y)) for way in ways for x, y in way]
+    assert len(points) > 100
+    assert all(0 < x < width and 0 < y < height for x, y in points)
