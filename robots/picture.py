@@ -13,6 +13,7 @@ from PIL import Image
 
 from robots.description import FILE
 from robots.errors import DescriptionError
+from robots.native_output import stdout_elsewhere
 from robots.robot import Robot
 from robots.viewpoints import Picture
 
@@ -115,7 +116,8 @@ def _renderings(
 ) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.bool_]]]:
     """Pixels (H, W, 3) of each posture, and where the robot is seen (H, W)."""
     robot.urdf.require_shapes("visual")
-    client = pybullet.connect(pybullet.DIRECT)
+    with stdout_elsewhere(shown=False):
+        client = pybullet.connect(pybullet.DIRECT)
     try:
         body = pybullet.loadURDF(str(robot.urdf_path), useFixedBase=True, physicsClientId=client)
         for joints in postures:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +15,7 @@ from pipeline.grasping.config import BinConfig, ObjectConfig, PhysicsConfig, Sce
 from pipeline.grasping.hand import Hand
 from pipeline.grasping.idle_joints import fix_idle_joints
 from pipeline.grasping.shapes import make_bin, make_object, make_table
+from robots.native_output import stdout_elsewhere
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -213,18 +212,9 @@ class Scene:
 
 
 def _connect(gui: bool) -> Any:
-    """Start the engine; what its C++ prints to stdout while starting goes to stderr.
-
-    Stdout carries the result of a stage and nothing else.
-    """
-    sys.stdout.flush()
-    kept = os.dup(1)
-    try:
-        os.dup2(2, 1)
+    """Start the engine, which names its arguments while it does; a window's complaints are shown."""
+    with stdout_elsewhere(shown=gui):
         return BulletClient(pybullet.GUI if gui else pybullet.DIRECT)
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)
 
 
 def inside(box: BinConfig, position: ArrayLike) -> bool:
