@@ -5,12 +5,13 @@ export PATH := $(BIN):$(PATH)
 export DVC_NO_ANALYTICS := 1
 export PYTHONHASHSEED := 0
 
-.PHONY: help environment reproduce paper status test lint types unit slow smoke table2 table3 paper-numerical docs clean
+.PHONY: help environment demo reproduce paper status test lint types unit slow smoke table2 table3 paper-numerical docs clean
 
 help:
 	@echo "make reproduce   environment, then every stage through DVC, to tables, figures and report.html;"
 	@echo "                 PROFILE=smoke puts that scale (smoke, quick or paper) into conf/bench.yaml first;"
 	@echo "                 NETWORKS=default trains those that come with the project, too"
+	@echo "make demo        one robot solves, plans and grasps with the networks that come with the project: a film, a page"
 	@echo "make paper       all of the paper at its scale, unattended, two tasks at a time; prints what it will take"
 	@echo "                 first and goes on where it was stopped; HOURS=24 is the longest task that it runs"
 	@echo "make status      what of that an edit has made stale"
@@ -30,6 +31,9 @@ reproduce: environment
 	@python -m pipeline dvc $(if $(PROFILE),profile=$(PROFILE)) $(if $(NETWORKS),networks=$(NETWORKS)) >/dev/null
 	@python -m pipeline reproduce
 	@python -m pipeline paths
+
+demo: environment
+	@python -m pipeline demo $(ARGS)
 
 paper: environment
 	@python -m pipeline paper $(if $(HOURS),hours=$(HOURS)) $(ARGS)

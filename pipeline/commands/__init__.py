@@ -50,6 +50,9 @@ RUNNING = {
         "protocols.protocols_of",
         "the same solvers as six groups measure them, six rankings: protocols robot=panda",
     ),
+    "demo": Command(
+        "demo.demo", "three minutes: one robot solves, plans and grasps; a film and a page"
+    ),
     "warm": Command("warm.warm", "compile the kernels before somebody waits for them"),
     "chat": Command(
         "chat.chat", "talk to a robot at its table, by text or by speech: chat robot=nicol"

@@ -1,0 +1,58 @@
+"""`demo`: a robot solves, plans and grasps with the networks that come with the project."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import webbrowser
+from pathlib import Path
+
+from pipeline.commands.arguments import command_parser
+from pipeline.config import compose
+from pipeline.errors import PipelineError
+from pipeline.stages.inputs import artifacts
+from pipeline.stages.running import run_stage
+
+DESCRIPTION = """\
+demo [robot=nicol] [open=false] [key=value ...]
+
+Three minutes: solves a thousand poses with five solvers, plans twenty motions, grasps an object in
+simulation and films it, and puts all of it on one page, with the networks that come with the
+project (conf/profile/demo.yaml). The page is opened where there is a display.
+"""
+STAGES = (
+    ("evaluate", "a thousand poses, five solvers"),
+    ("plan", "twenty Bezier motions, three solvers"),
+    ("grasp", "one object, picked and dropped, filmed"),
+    ("report", "tables, figures and the page"),
+)
+
+
+def demo(arguments: list[str]) -> int:
+    """Run the stages, say what each took, and open the page."""
+    given = command_parser("demo", DESCRIPTION).takes_overrides().parse(arguments).overrides
+    opens = [item.partition("=")[2] for item in given if item.startswith("open=")]
+    if not set(opens) <= {"true", "false"}:
+        raise PipelineError(f"open takes true or false, got {opens[-1]}")
+    overrides = [item for item in given if not item.startswith("open=")]
+    if not any(item.startswith("robot=") for item in overrides):
+        overrides.insert(0, "robot=nicol")
+    config = compose(["profile=demo", *overrides])
+    for number, (stage, what) in enumerate(STAGES, start=1):
+        began = time.monotonic()
+        print(f"{number}/{len(STAGES)}  {stage:<9} {what}", file=sys.stderr, flush=True)
+        run_stage(stage, config)
+        print(f"     {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
+    films = sorted(artifacts(config).grasp(config.robot.name).glob("*.mp4"))
+    page = Path(config.results_dir).absolute() / "report.html"
+    for path in (*films, page):
+        print(path)
+    if opens[-1:] != ["false"] and has_display():
+        webbrowser.open(page.as_uri())
+    return 0
+
+
+def has_display() -> bool:
+    """Whether a browser's window would be seen."""
+    return sys.platform != "linux" or any(os.environ.get(k) for k in ("DISPLAY", "WAYLAND_DISPLAY"))
