@@ -5,8 +5,8 @@
     python -m benchmarks.claims misses --rows results/quick/evaluate results/paper/evaluate
 
 Each prints its rule, its rows and its verdict, and writes them to results/studies/claim_NAME.*;
-results/claims.yaml takes the verdicts from there. Seconds for the first two, one to twenty minutes
-of a core for the others.
+results/claims.yaml takes the verdicts from there. Seconds for the first two, 45 minutes
+of a core for `epochs`, one to twenty for the others.
 """
 
 from __future__ import annotations
