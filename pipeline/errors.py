@@ -15,6 +15,10 @@ class MissingArtifactError(PipelineError):
     """A stage needs what another stage has not yet written."""
 
 
+class MissingPackageError(PipelineError):
+    """An optional package is not installed."""
+
+
 class EngineError(PipelineError):
     """An engine that cannot start, or tasks whose workers died."""
 

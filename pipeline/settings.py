@@ -19,6 +19,7 @@ from pipeline.evaluation.config import EvaluateConfig, SampleConfig
 from pipeline.grasping.config import GraspConfig
 from pipeline.learning.config import ModelConfig, TrainConfig
 from pipeline.learning.registry import config_classes
+from pipeline.learning.tracker import TrackerConfig
 from pipeline.perception.config import DetectorConfig, PerceptionConfig
 from pipeline.planning.config import PlanConfig
 from pipeline.protocols.config import ProtocolConfig
@@ -86,6 +87,7 @@ class Config:
     dataset: DatasetConfig = field(default_factory=DatasetConfig)
     model: ModelConfig = field(default_factory=ModelConfig)
     train: TrainConfig = field(default_factory=TrainConfig)
+    tracker: TrackerConfig = field(default_factory=TrackerConfig)
     solver: dict[str, dict[str, Any]] = MISSING
     tune: TuneConfig = field(default_factory=TuneConfig)
     evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)

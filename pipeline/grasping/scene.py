@@ -212,7 +212,7 @@ class Scene:
 
 
 def _connect(gui: bool) -> Any:
-    """Start the engine, which names its arguments while it does; a window's complaints are shown."""
+    """Start the engine, which prints its arguments; what a window complains of is shown."""
     with stdout_elsewhere(shown=gui):
         return BulletClient(pybullet.GUI if gui else pybullet.DIRECT)
 

@@ -69,7 +69,7 @@ STAGES = {
             "tune",
             "hyperparameter search with Optuna",
             inputs=("dataset",),
-            groups=("robot", "dataset", "model", "train", "tune", "engine"),
+            groups=("robot", "dataset", "model", "train", "tune", "tracker", "engine"),
         ),
         Stage(
             "compare-tuned",
@@ -82,7 +82,7 @@ STAGES = {
             "train",
             "a network through differentiable forward kinematics",
             inputs=("dataset",),
-            groups=("robot", "dataset", "model", "train"),
+            groups=("robot", "dataset", "model", "train", "tracker"),
         ),
         Stage(
             "evaluate",

@@ -27,6 +27,7 @@ from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.factory import build_network, make_objective
 from pipeline.learning.networks import parameter_count
 from pipeline.learning.registry import declared_modules
+from pipeline.learning.tracker import tracked
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.learning.weights import OTHER_WEIGHTS, WEIGHTS, load_network, save_weights
 from pipeline.seeding import derive_seed
@@ -77,13 +78,15 @@ def run(config: Config) -> list[Path]:
         torch.manual_seed(seed)
         checkpoint = folders.checkpoint(robot.name, config.model.name)
         label = f"train {robot.name} {config.model.name}"
-        trainer = Trainer(
-            robot,
-            build_network(robot, config.model),
-            config.train,
-            TrainingRun(seed, resumed, label, checkpoint),
-        )
-        progress = trainer.fit(poses, held_out)
+        settings = {"seed": seed, "train": to_dict(config.train), "model": to_dict(config.model)}
+        with tracked(config.tracker, label, settings) as tracker:
+            trainer = Trainer(
+                robot,
+                build_network(robot, config.model),
+                config.train,
+                TrainingRun(seed, resumed, label, checkpoint, tracker.report),
+            )
+            progress = trainer.fit(poses, held_out)
         _write(folder, robot, trainer, progress, held_out, config, digest)
         trainer.finish()
     return [folder]

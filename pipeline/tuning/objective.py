@@ -17,6 +17,7 @@ from pipeline.learning.cycleik import METHOD
 from pipeline.learning.cycleik.objective import CycleObjective
 from pipeline.learning.factory import build_network
 from pipeline.learning.networks import IkNetwork, parameter_count
+from pipeline.learning.tracker import tracked
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.seeding import derive_seed
 from pipeline.tuning.sampling import DRAW, WHOLE
@@ -71,6 +72,7 @@ class TrialObjective:
                 raise ArithmeticError(f"the validation loss is {value} after {step} steps")
             trial.report(value, round(WHOLE * step / total))
             _note_errors(trial, row)
+            tracker.report(step, {**row, "objective": value})
             if step < total and trial.should_prune():
                 raise TrialPruned
 
@@ -78,8 +80,10 @@ class TrialObjective:
         trainer = Trainer(self.robot, network, train, run)
         held_out = trainer.tensor(self.validation.poses)
         judge = Judge(self.robot, self.config)
+        name = f"tune {self.robot.name} {run.label}"
         try:
-            trainer.fit(poses, self.validation)
+            with tracked(self.config.tracker, name, trial.params) as tracker:
+                trainer.fit(poses, self.validation)
             return values[-1]  # the last step is always reported
         finally:
             if trainer.device.type == "cuda":
