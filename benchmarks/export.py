@@ -35,6 +35,7 @@ from pipeline.exporting.config import ExportConfig
 from pipeline.exporting.source import Source, card_of, load_source
 from pipeline.exporting.targets import TARGETS
 from pipeline.learning.card import shipped_weights
+from pipeline.settings import Config
 from robots import Robot, available_robots, load_robot, rotations
 
 Array = NDArray[np.float64]
@@ -109,19 +110,24 @@ def times(robot: Robot, answers: dict[str, Answers], c: set[str], poses: Array) 
     ]
 
 
-def largest_errors(robot: Robot, joints: Array, poses: Array) -> tuple[float, float]:
-    """Largest distance [mm] and angle [deg] by Pinocchio."""
-    reached = tip_poses(robot, joints)
-    distance = np.linalg.norm(reached[:, :3] - poses[:, :3], axis=1)
-    angle = rotations.rotation_angle(reached[:, 3:], poses[:, 3:])
-    return 1e3 * float(distance.max()), float(np.degrees(angle.max()))
+def descent_cells(
+    robot: Robot, header: CompiledHeader, refined: Solver, joints: Array
+) -> list[str]:
+    """Cells of kinematics and descent in C: differences, what is found, errors by Pinocchio."""
+    poses = robot.forward_kinematics(joints)
+    off = np.abs(header.forward_kinematics(joints) - poses).max()
+    answers, found = header.solve(poses)
+    reached, targets = tip_poses(robot, answers[found]), poses[found]
+    distance = 1e3 * np.linalg.norm(reached[:, :3] - targets[:, :3], axis=1)
+    angle = np.degrees(rotations.rotation_angle(reached[:, 3:], targets[:, 3:]))
+    ours = refined.solve(poses).found
+    errors = f"{distance.max(initial=0.0):.4f} mm, {angle.max(initial=0.0):.4f} deg"
+    return [f"{off:.1e}", f"{found.sum()} / {ours.sum()}", errors]
 
 
-def study(
-    robot: Robot, count: int, config: ExportConfig
-) -> tuple[list[list[str]], list[list[str]]]:
+def study(robot: Robot, count: int, config: Config) -> tuple[Rows, Rows]:
     """Rows of both tables for one robot."""
-    filtered = robot.description.workspace is not None
+    filtered = config.robot.workspace_filter
     joints = robot.sample(count, seed=SEED, collision_free=False, workspace_filter=filtered)
     poses = robot.forward_kinematics(joints)
     source = load_source(robot, shipped_weights(robot.name))
@@ -135,14 +141,8 @@ def study(
                 header = CompiledHeader(source, path, NATIVE)
                 answers |= {"c, network": header.network, "c, solve": header.solve}
                 in_c = {"c, network", "c, solve"}
-                solved, found = header.solve(poses)
-                ours = refined.solve(poses).found
-                off = np.abs(header.forward_kinematics(joints) - poses).max()
-                errors = "{:.4f} mm, {:.4f} deg".format(
-                    *largest_errors(robot, solved[found], poses[found])
-                )
-                descent = [f"{off:.1e}", f"{found.sum()} / {ours.sum()}", errors]
                 given = header.network(poses)[0]
+                descent = descent_cells(robot, header, refined, joints)
             else:
                 answer = answers[name] = TARGETS[name].read(source, path, config.export)
                 given, descent = np.asarray(answer(poses)), ["", "", ""]

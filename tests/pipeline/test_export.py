@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from pipeline.__main__ import main
-from pipeline.exporting import export as exporting
 from pipeline.exporting.c_compiler import find_compiler
+from pipeline.exporting.targets import TARGETS
 from robots import load_robot
 from tests.exporting import make_weights
 
@@ -67,14 +67,14 @@ def test_a_file_that_answers_otherwise_is_not_put_in_place(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     weights = make_weights(load_robot("nico"), "mlp", tmp_path / "weights")
-    target = exporting.TARGETS["torchscript"]
+    target = TARGETS["torchscript"]
 
     def shifted(*arguments: object) -> object:
         answer = target.read(*arguments)  # type: ignore[arg-type]
         return lambda poses: answer(poses) + 2e-6
 
     wrong = type(target)(target.suffix, target.write, target.unreadable, shifted)  # type: ignore[arg-type]
-    monkeypatch.setitem(exporting.TARGETS, "torchscript", wrong)
+    monkeypatch.setitem(TARGETS, "torchscript", wrong)
     assert main(["export", "robot=nico", f"weights={weights}", "to=torchscript"]) == 2
     assert "2.0e-06 from the network in float64" in capsys.readouterr().err
     assert not list(tmp_path.glob("*.pt"))
