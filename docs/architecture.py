@@ -28,6 +28,7 @@ BOXES = {
     "suites": "hard poses, answers re-judged",
     "protocols": "everyone's way to measure",
     "learning": "networks, training, neural solvers",
+    "exporting": "ONNX, TorchScript, a header of C",
     "planning": "Bezier motions, branches, timing",
     "grasping": "PyBullet trials",
     "perception": "camera, detectors",

@@ -12,6 +12,8 @@ from pipeline.errors import PipelineError
 # What needs it, as a user sets it: module, and the extra of this project that brings it.
 PACKAGES = {
     "agent=endpoint": ("openai", "agent"),
+    "export to=onnx": ("onnx", "export"),
+    "the check of to=onnx": ("onnxruntime", "export"),
     "engine=ray": ("ray", "ray"),
     "engine=slurm": ("submitit", "cluster"),
     "perception.detector=open_vocabulary": ("transformers", "perception"),

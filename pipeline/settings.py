@@ -16,6 +16,7 @@ from pipeline.agent.config import AgentConfig
 from pipeline.checks import at_least, positive, positive_all
 from pipeline.engine.config import EngineConfig
 from pipeline.evaluation.config import EvaluateConfig, SampleConfig
+from pipeline.exporting.config import ExportConfig
 from pipeline.grasping.config import GraspConfig
 from pipeline.learning.config import ModelConfig, TrainConfig
 from pipeline.learning.registry import config_classes
@@ -100,6 +101,7 @@ class Config:
     speech: SpeechConfig = field(default_factory=SpeechConfig)
     perception: PerceptionConfig = field(default_factory=PerceptionConfig)
     detector: DetectorConfig = field(default_factory=DetectorConfig)
+    export: ExportConfig = field(default_factory=ExportConfig)
     report: ReportConfig = field(default_factory=ReportConfig)
     engine: EngineConfig = field(default_factory=EngineConfig)
     # Folder of the trained weights of each neural solver, filled in before a stage runs; no key.

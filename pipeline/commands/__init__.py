@@ -77,6 +77,10 @@ LOOKING = {
     "table": Command(
         "table.table", "Table II or III of the paper from the raw rows, in seconds: table table2"
     ),
+    "export": Command(
+        "export.export",
+        "take a network or solver away as one file: export robot=panda to=onnx|torchscript|c",
+    ),
     "export-weights": Command(
         "export_weights.export_weights",
         "put trained weights beside the robot's description: export-weights robot=panda",

@@ -92,7 +92,7 @@ class NeuralSolver(Solver):
     def hypotheses(self, poses: NDArray[np.float64]) -> Hypotheses:
         """Return the network's answers to poses (N, 7), best first."""
         joints = self._answers(poses)
-        position, rotation = self._errors(joints, poses)
+        position, rotation = self.errors(joints, poses)
         in_tolerances = (
             position / self.position_tolerance_mm + rotation / self.rotation_tolerance_deg
         )
@@ -147,7 +147,7 @@ class NeuralSolver(Solver):
             reason=tuple("" if good else NOT_PRECISE for good in found),
         )
 
-    def _errors(
+    def errors(
         self, hypotheses: NDArray[np.float64], poses: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return errors (N, K) in mm and deg of hypotheses (N, K, dof)."""

@@ -21,6 +21,7 @@ import pipeline
 from baselines import registry
 from pipeline.__main__ import main
 from pipeline.commands import COMMANDS
+from pipeline.commands.export import KEYS as EXPORT_KEYS
 from pipeline.commands.paper import OWN
 from pipeline.commands.protocols import NAME as PROTOCOLS
 from pipeline.commands.suites import NAME as SUITES
@@ -34,7 +35,12 @@ from tests.pages import PAGES, README, ROOT, blocks, commands, files, snippets
 PIPELINE = ["python", "-m", "pipeline"]
 OF_PIPELINE = [words[3:] for words in commands() if words[:3] == PIPELINE and words[3:]]
 OTHERS = [words for words in commands() if words[:3] != PIPELINE]
-ACTIONS = ("plan=true", "processes=16", "robots=[panda,nico]")  # keys of commands, see their help
+ACTIONS = (
+    "model=none",
+    "plan=true",
+    "processes=16",
+    "robots=[panda,nico]",
+)  # keys of commands, see their help
 PRINTED = re.compile(r"^ *print\(.*\)  # (.*)$", re.MULTILINE)
 WITH_SNIPPETS = [page for page in PAGES if snippets(page)]
 SOLVER_PAGE = ROOT / "docs" / "tutorials" / "solver.md"
@@ -60,7 +66,12 @@ def test_a_command_of_the_pipeline_is_one_and_its_keys_compose(
     if name not in STAGES:
         assert main([name, "--help"]) == 0
         assert capsys.readouterr().out
-    its_own = {"paper": (*OWN,), "suites": (SUITES,), "protocols": (PROTOCOLS,)}
+    its_own = {
+        "export": EXPORT_KEYS,
+        "paper": (*OWN,),
+        "suites": (SUITES,),
+        "protocols": (PROTOCOLS,),
+    }
     own = its_own.get(name, ())
     keys = [
         item

@@ -24,7 +24,8 @@ def output(
 @pytest.mark.parametrize("output", ["06"], indirect=True)
 def test_a_network_is_trained_and_exported(output: str, tmp_path: Path) -> None:
     assert float(output.split("the same to ")[1].split()[0]) < 1e-5
-    assert (tmp_path / "nico.pt").exists()
+    assert (tmp_path / "nico_ik.pt").exists()
+    assert "int nico_ik_solve(" in (tmp_path / "nico_ik.h").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("output", ["07"], indirect=True)

@@ -1,0 +1,80 @@
+"""`export`: a file that answers, and bad input as one sentence with status 2."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipeline.__main__ import main
+from pipeline.exporting.c_compiler import find_compiler
+from pipeline.exporting.targets import TARGETS
+from robots import load_robot
+from tests.exporting import make_weights
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_files_are_written_where_the_user_stands_and_checked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    weights = make_weights(load_robot("nico"), "experts", tmp_path / "weights")
+    given = ["robot=nico", f"weights={weights}", "export.poses=50"]
+    assert main(["export", *given, "to=torchscript"]) == 0
+    assert "largest difference over 50 poses" in capsys.readouterr().out
+    assert main(["export", *given, "to=c", "out=deep/er/arm.h"]) == 0
+    said = capsys.readouterr().out
+    assert ("50 of 50 poses found" in said) == (find_compiler() is not None)
+    left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
+    assert left >= {"nico_ik.pt", "deep/er/arm.h", "deep/er/arm_example.c"}
+    assert not [name for name in left if "partial" in name]
+    header = (tmp_path / "deep/er/arm.h").read_text(encoding="utf-8")
+    assert "export robot=nico" in header
+    assert "that of whoever trained them" in header
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("robot=nico", "to=... is missing; expected to=onnx or to=torchscript or to=c"),
+        ("robot=nico to=onxx", "there is no target 'onxx'; did you mean 'onnx'?"),
+        ("robot=nicoo to=c", "nicoo"),
+        ("robot=nico to=c model=paper results_dir=none", "train robot=nico model=paper"),
+        ("robot=nico to=c weights=nowhere", "no trained weights in nowhere"),
+        ("robot=nico to=onnx model=none", "model=none has none: take to=c"),
+        ("robot=nico to=c model=none out=.", "out=. names no file"),
+        ("robot=nico to=c model=none out=a'b.h", "names no file"),
+        ("robot=nico to=c model=none export.poses=-1", "export.poses must be at least 0"),
+        ("robot=nico to=c model=none export.opset=3", "export.opset must lie between"),
+        ("robot=nico to=c model=none out=file/a.h export.poses=0", "file"),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    arguments: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").touch()
+    assert main(["export", *arguments.split()]) == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert said.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_file_that_answers_otherwise_is_not_put_in_place(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    weights = make_weights(load_robot("nico"), "mlp", tmp_path / "weights")
+    target = TARGETS["torchscript"]
+
+    def shifted(*arguments: object) -> object:
+        answer = target.read(*arguments)  # type: ignore[arg-type]
+        return lambda poses: answer(poses) + 2e-6
+
+    wrong = type(target)(target.suffix, target.write, target.unreadable, shifted)  # type: ignore[arg-type]
+    monkeypatch.setitem(TARGETS, "torchscript", wrong)
+    assert main(["export", "robot=nico", f"weights={weights}", "to=torchscript"]) == 2
+    assert "2.0e-06 from the network in float64" in capsys.readouterr().err
+    assert not list(tmp_path.glob("*.pt"))
