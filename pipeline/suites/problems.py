@@ -16,13 +16,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pipeline.data.dataset import POSE_COLUMNS, joint_columns
+from robots.rounding import rounded
 
 if TYPE_CHECKING:
     from robots import Robot
 
 Array = NDArray[np.float64]
 
-DECIMALS = 9
 STRATUM = "stratum"
 EVIDENCE = "evidence_"  # begins columns that say how something is known; not part of the checksum
 START = "start_"  # begins columns of the configuration that a solver starts from
@@ -105,11 +105,6 @@ def in_turns(parts: Sequence[Problems]) -> Problems:
     """Return the problems of several parts in turns, so that the first ones hold all kinds."""
     place = np.concatenate([np.arange(len(part)) for part in parts])
     return joined(parts).at(np.argsort(place, kind="stable"))
-
-
-def rounded(values: Array) -> Array:
-    """Return values as they are stored; a negative zero becomes zero."""
-    return np.asarray(np.round(values, DECIMALS) + 0.0)
 
 
 def to_frame(problems: Problems, robot: Robot) -> pd.DataFrame:
