@@ -29,6 +29,7 @@ BOXES = {
     "protocols": "everyone's way to measure",
     "learning": "networks, training, neural solvers",
     "planning": "Bezier motions, branches, timing",
+    "reachability": "maps of places and orientations",
     "grasping": "PyBullet trials",
     "perception": "camera, detectors",
     "agent": "dialogue, action tags, language model",

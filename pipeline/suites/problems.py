@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from baselines.freedom import Freedom
 from pipeline.data.dataset import POSE_COLUMNS, joint_columns
 from robots.rounding import rounded
 
@@ -25,6 +26,7 @@ Array = NDArray[np.float64]
 
 STRATUM = "stratum"
 EVIDENCE = "evidence_"  # begins columns that say how something is known; not part of the checksum
+FREEDOM = ("along_x_m", "along_y_m", "along_z_m", "about_x_rad", "about_y_rad", "about_z_rad")
 START = "start_"  # begins columns of the configuration that a solver starts from
 COLUMNS = {
     "x": "target in the base frame [m]; likewise y and z",
@@ -35,6 +37,8 @@ COLUMNS = {
     "trajectory": "number of the trajectory; only in tracking, as the two that follow",
     "step": "number of the waypoint on it; from 1 on a solver starts at its answer to the last one",
     "rate_hz": "waypoints a second",
+    "along_x_m": "how far the tip may be from the target along x of its frame [m], infinite: free; "
+    "likewise along y and z, and about_x_rad [rad] about the axes; only in partial",
     "evidence_…": "how it is known that a pose cannot be reached; only in unreachable",
 }
 
@@ -87,6 +91,14 @@ def reached(
     poses = rounded(robot.forward_kinematics(known)) if len(known) else np.empty((0, 7))
     begin = None if start is None else _inside(robot, start)
     return Problems(poses, np.full(len(known), stratum), known, begin, further)
+
+
+def freedoms(problems: Problems) -> tuple[Freedom, ...] | None:
+    """Return what each target leaves open; None where all are whole poses."""
+    if FREEDOM[0] not in problems.further:
+        return None
+    widths = np.stack([problems.further[name] for name in FREEDOM], axis=1)
+    return tuple(Freedom((*row[:3],), (*row[3:],)) for row in widths.tolist())
 
 
 def joined(parts: Sequence[Problems]) -> Problems:
