@@ -135,15 +135,10 @@ def _lifted(
     chain = _without_limits(robot)
     generator = np.random.default_rng(LIFTED_SEARCHES)
     starts = generator.uniform(chain.lower, chain.upper, (LIFTED_SEARCHES, 1, robot.dof))
-    first = np.broadcast_to(seeds[0, :1], fresh.shape)
-    starts = np.concatenate(
-        [np.where(np.arange(LIFTED_SEARCHES)[:, None, None] == 0, first, fresh)]
-    )
+    starts[0, 0] = seeds[0, 0]  # the nearest answer inside the limits is the likeliest to be near
     once = options._replace(starts=LIFTED_DESCENTS, time_ns=0)
-    poses, widths = (
-        np.tile(pose, (LIFTED_SEARCHES, 1)),
-        np.tile(freedom.widths, (LIFTED_SEARCHES, 1)),
-    )
+    poses = np.tile(pose, (LIFTED_SEARCHES, 1))
+    widths = np.tile(freedom.widths, (LIFTED_SEARCHES, 1))
     met = refine_freely(chain, poses, starts, widths, once)
     if not met.found.any():
         return None

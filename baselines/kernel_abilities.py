@@ -35,7 +35,7 @@ class KernelAbilities(Abilities):
     def options(self, budget: Budget | None) -> LmOptions:
         """The kernel's options under a budget."""
 
-    def remembered(self) -> SeedLibrary:
+    def seed_memory(self) -> SeedLibrary:
         """What is descended from after the first seeds: nothing, where a subclass has nothing."""
         return empty_seed_library(self.robot.dof)
 
@@ -54,7 +54,7 @@ class KernelAbilities(Abilities):
     def _solve_all(self, pose: Array, count: int, apart: float, guess: Array | None) -> Array:
         robot = self.robot
         first = self.first_seeds(pose[None], None if guess is None else guess[None])[0]
-        near = nearest_remembered(self.remembered(), pose)
+        near = nearest_remembered(self.seed_memory(), pose)
         fresh = restart_configurations(pose, robot.chain.lower, robot.chain.upper)
         starts = np.vstack([first, near, *islice(fresh, DESCENTS)])[:DESCENTS]
         once = self.options(None)._replace(starts=1, time_ns=0)
@@ -71,7 +71,7 @@ class KernelAbilities(Abilities):
         self, poses: Array, widths: Array, initial: Array | None, budget: Budget | None
     ) -> Solution:
         seeds = self.first_seeds(poses, initial)
-        bound = self.options(budget), self.remembered()
+        bound = self.options(budget), self.seed_memory()
         refined = refine_freely(self.robot.chain, poses, seeds, widths, *bound)
         joints = self.robot.nearest_turns(refined.joints)
         if initial is not None:

@@ -111,7 +111,7 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
         bound = (joint_range(robot), robot.home, robot.chain, self.library, self.max_jump)
         return CompiledQuery(lm_query, options, robot.dof, *bound)
 
-    def remembered(self) -> SeedLibrary:
+    def seed_memory(self) -> SeedLibrary:
         """See `KernelAbilities`."""
         return self.library
 

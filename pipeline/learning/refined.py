@@ -124,7 +124,7 @@ class RefinedSolver(KernelAbilities, CompiledQuerySolver):
         bound = (joint_range(self.robot), self.robot.home, *arguments, self.library)
         return CompiledQuery(function, options, self.robot.dof, *bound)
 
-    def remembered(self) -> SeedLibrary:
+    def seed_memory(self) -> SeedLibrary:
         """See `KernelAbilities`."""
         return self.library
 

@@ -6,7 +6,14 @@ from dataclasses import dataclass
 
 from omegaconf import MISSING
 
-from pipeline.checks import positive
+from baselines import Freedom
+from pipeline.checks import one_of, positive
+
+FREEDOMS = {
+    "pose": Freedom(),
+    "position": Freedom.position_only(),
+    **{axis: Freedom.free_about(axis) for axis in "xyz"},
+}
 
 
 @dataclass
@@ -16,11 +23,13 @@ class ReachConfig:
     solver: str = MISSING
     spacing_m: float = MISSING
     orientations: int = MISSING
+    freedom: str = MISSING
     iterations: int = MISSING
     chunk: int = MISSING
 
     def __post_init__(self) -> None:
         """Refuse grids of nothing, and a search of nothing."""
+        one_of("reach.freedom", self.freedom, FREEDOMS)
         for name in ("spacing_m", "orientations", "iterations", "chunk"):
             positive(f"reach.{name}", getattr(self, name))
 

@@ -47,7 +47,9 @@ def write_map(robot: Robot, rows: pd.DataFrame, folder: Path, dpi: int) -> list[
         bar = figure.colorbar(image, ax=drawn, shrink=0.6, pad=0.02)
         bar.set_label("share of orientations reached")
         bar.outline.set_visible(False)
-        figure.suptitle(f"Reachability of {robot_title(robot.name)}", x=0.01, ha="left")
+        figure.suptitle(
+            f"Reachability of {robot_title(robot.name)}; + is its base", x=0.01, ha="left"
+        )
         return save(figure, folder, "map", dpi)
 
 
@@ -62,8 +64,8 @@ def _levels(share: Array) -> list[int]:
 
 
 def _upright(axis: Axes, share: Array, axes_m: list[Array]) -> AxesImage:
-    """The slice of the map along x and z whose y is nearest to the base."""
-    middle = int(np.argmin(np.abs(axes_m[1])))
+    """The slice of the map along x and z in which most is reached."""
+    middle = int(np.argmax(np.nansum(share, axis=(0, 2))))
     title = f"y = {axes_m[1][middle]:.2f} m"
     return _slice(axis, share[:, middle], axes_m[0], axes_m[2], "x [m]", "z [m]", title)
 

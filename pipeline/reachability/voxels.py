@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from baselines import Budget, Solver
+from baselines import Budget, Freedom, Solver
 from pipeline.evaluation.cache import ChunkCache
-from pipeline.reachability.config import ReachConfig
+from pipeline.reachability.config import FREEDOMS, ReachConfig
 from pipeline.reachability.orientations import spread_orientations
 from robots.reach_bound import reach_bound
 from robots.rounding import rounded
@@ -61,6 +61,9 @@ def reach_map(
         cache: Of finished batches, so that a killed run continues.
         progress: Called with the number of places finished.
 
+    Raises:
+        AbilityError: The solver knows whole poses only, and a part of them is free.
+
     Returns:
         A row a voxel with the columns of `COLUMNS`.
     """
@@ -89,5 +92,9 @@ def _reached(solver: Solver, places: Array, turns: Array, config: ReachConfig) -
     poses = np.hstack([np.repeat(places, len(turns), axis=0), np.tile(turns, (len(places), 1))])
     heeds = "iterations" in solver.budgets
     budget = Budget(iterations=config.iterations) if heeds else None
-    found = solver.solve(poses, budget=budget).found
+    freedom = FREEDOMS[config.freedom]
+    if freedom == Freedom():
+        found = solver.solve(poses, budget=budget).found
+    else:
+        found = solver.solve_partial(poses, freedom, budget=budget).found
     return np.asarray(found.reshape(len(places), len(turns)).sum(axis=1), dtype=np.int64)

@@ -34,15 +34,17 @@ COLUMNS = {  # beside those of pipeline.evaluation.rows
     "suite_version": "its version",
     STRATUM: "kind of problem within it",
     "known_distance": "largest joint distance from the known configuration [rad or m]; else NaN",
-    "along_x_m": "freedom of the target along x of its frame, by which it is judged [m]; likewise "
-    "along y and z, and about_x_rad [rad] about the axes; only in partial, as the next",
-    "solved_as": "what the solver was asked for: the freedoms, or the whole pose",
-    "explained": "why there is no solution, by solvers that say it; only in unreachable, with",
-    "explained_right": "whether that is true of the kind of problem",
     "trajectory": "number of the trajectory; only in tracking, as the columns that follow",
     "step": "number of the waypoint on it",
     "rate_hz": "waypoints a second",
     "joint_step": "largest joint distance from the answer to the waypoint before [rad or m]",
+}
+ABILITY_COLUMNS = {  # of suites that ask for more than a pose
+    "along_x_m": "freedom of the target along x of its frame, by which it is judged [m]; likewise "
+    "along y and z, and about_x_rad [rad] about the axes; only in partial, as solved_as",
+    "solved_as": "what the solver was asked for: the freedoms, or the whole pose",
+    "explained": "why there is no solution, by solvers that say it; only in unreachable",
+    "explained_right": "whether that is true of the kind of problem; only in unreachable",
 }
 
 
