@@ -11,7 +11,9 @@ from robots.compiled_cache import use_own_folder
 use_own_folder("baselines", "robots")  # before the imports below declare compiled functions
 
 from baselines.errors import (  # noqa: E402
+    AbilityError,
     BudgetError,
+    FreedomError,
     InitialError,
     PoseError,
     SettingError,
@@ -19,14 +21,20 @@ from baselines.errors import (  # noqa: E402
     SolverError,
     UnknownSolverError,
 )
+from baselines.explanation import Explanation  # noqa: E402
+from baselines.freedom import Freedom  # noqa: E402
 from baselines.protocol import Answer, Budget, Clock, QuerySolver, Solution, Solver  # noqa: E402
 from baselines.registry import load, names, skip  # noqa: E402
 
 __all__ = [
+    "AbilityError",
     "Answer",
     "Budget",
     "BudgetError",
     "Clock",
+    "Explanation",
+    "Freedom",
+    "FreedomError",
     "InitialError",
     "PoseError",
     "QuerySolver",

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from baselines.abilities import MANY
 from baselines.bound_kernel import BoundKernel, is_plain
 from baselines.candidates import prepare_query, take_candidate
 from baselines.checks import positive_settings
 from baselines.compiled_query import JointRange
+from baselines.distinct import distinct, nearest_first
 from baselines.protocol import NO_SOLUTION, Answer, Clock, QuerySolver
 from robots.arguments import compiled_floats
 
@@ -40,6 +42,7 @@ class AnalyticalSolver(QuerySolver):
     """
 
     budgets: ClassVar[frozenset[str]] = frozenset()
+    abilities: ClassVar[frozenset[str]] = frozenset({MANY})
 
     def __init__(
         self, robot: Robot, *, limit_tolerance: float, matrix_tolerance: float, tool: Array
@@ -78,6 +81,18 @@ class AnalyticalSolver(QuerySolver):
         answer = self._answer(np.array(pose), np.array(initial)[None])
         assert answer is not None, "poses and guesses were checked before"
         return answer
+
+    def _solve_all(self, pose: Array, count: int, apart: float, guess: Array | None) -> Array:
+        seed, target, end = self.robot.home[None].copy(), np.empty((4, 4)), np.empty((4, 4))
+        self._prepare(pose, self._none if guess is None else guess[None], seed, target, end)
+        kept, answer = self._none, np.empty(self.robot.dof)
+        for candidates in self._candidates(end, seed[0]):
+            for row in compiled_floats(candidates):  # each by itself: all that are good are wanted
+                if self._take(row[None].copy(), target, seed, answer):
+                    kept = distinct(self.robot, answer[None], apart, kept)
+            if len(kept) >= count:
+                break
+        return nearest_first(self.robot, kept[:count], guess)
 
     def _answer(self, pose: Array, initial: Array) -> Answer | None:
         """Solve one pose (7,) from a guess (0 or 1, dof); None for numbers that are refused."""

@@ -28,6 +28,12 @@ def damped_step(chain, w, bias, damping, max_active_set_passes):  # type: ignore
         max_active_set_passes: How often the step is solved again with joints frozen.
     """
     find_jacobian(chain, w.at)
+    step_inside(chain, w, bias, damping, max_active_set_passes)
+
+
+@njit(_nrt=False, forceinline=True)
+def step_inside(chain, w, bias, damping, max_active_set_passes):  # type: ignore[no-untyped-def]
+    """Move as `damped_step`, by the error and the Jacobian that stand in w.at."""
     dof = w.q.shape[0]
     w.free[:] = True
     for _ in range(max_active_set_passes + 1):

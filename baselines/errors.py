@@ -25,5 +25,13 @@ class BudgetError(SolverError):
     """A budget that is empty, not positive or of a kind that the solver does not take."""
 
 
+class FreedomError(SolverError):
+    """Freedoms of a target that are no widths, or do not fit the poses."""
+
+
+class AbilityError(SolverError):
+    """A solver was asked for what only others can do; `Solver.lacks` says so beforehand."""
+
+
 class SkippedSolver(SolverError):  # noqa: N818 - it is a state of the machine, not a fault
     """The solver cannot run here: a package is missing, or it does not know this robot."""

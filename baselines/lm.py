@@ -15,6 +15,7 @@ from baselines.checks import (
     thread_setting,
 )
 from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
+from baselines.kernel_abilities import KernelAbilities
 from baselines.lm_kernel import LmOptions
 from baselines.lm_query import lm_query, near_rows
 from baselines.protocol import Budget, Solution
@@ -30,7 +31,7 @@ Array = NDArray[np.float64]
 UNLIMITED = 2**62
 
 
-class LevenbergMarquardt(CompiledQuerySolver):
+class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
     """Levenberg-Marquardt with joint limits as an active set and random restarts.
 
     Args:
@@ -109,6 +110,21 @@ class LevenbergMarquardt(CompiledQuerySolver):
         robot = self.robot
         bound = (joint_range(robot), robot.home, robot.chain, self.library, self.max_jump)
         return CompiledQuery(lm_query, options, robot.dof, *bound)
+
+    def seed_memory(self) -> SeedLibrary:
+        """See `KernelAbilities`."""
+        return self.library
+
+    def first_seeds(self, poses: Array, initial: Array | None) -> Array:
+        """See `KernelAbilities`: the initial guess, or home."""
+        guesses = np.tile(self.robot.home, (len(poses), 1)) if initial is None else initial
+        return guesses[:, None]
+
+    def lacks(self, ability: str) -> str | None:
+        """See `Abilities`: within a largest jump there is one descent and no more."""
+        if self.max_jump is not None and ability in self.abilities:
+            return f"solver {self.name!r} has no {ability} with max_jump={self.max_jump:g}"
+        return super().lacks(ability)
 
     def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
         options = self.options(budget)

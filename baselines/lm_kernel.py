@@ -24,8 +24,15 @@ from numba import prange
 from numpy.typing import NDArray
 
 from baselines.clock import now_ns, pose_key, uniform
-from baselines.damped_step import damped_step
-from baselines.linearise import Linearisation, find_error, new_linearisation, set_target
+from baselines.damped_step import damped_step, step_inside
+from baselines.freedom_kernel import free_error, free_rows, new_freedom_room
+from baselines.linearise import (
+    Linearisation,
+    find_error,
+    find_jacobian,
+    new_linearisation,
+    set_target,
+)
 from baselines.seed_library import find_distances, take_nearest
 from robots.compiled import njit
 from robots.rows import copy_row
@@ -120,8 +127,11 @@ def choose_start(chain, pose, seeds, library, attempt, goal, distances, q):  # t
 
 
 @njit(_nrt=False)
-def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[no-untyped-def]
-    """Solve one pose; writes the best joints and returns (status, iterations, starts)."""
+def _refine_one(chain, pose, seeds, library, options, freedom, s, best):  # type: ignore[no-untyped-def]
+    """Solve one pose; writes the best joints and returns (status, iterations, starts).
+
+    With freedom None, the whole pose, numba compiles a version that knows of none.
+    """
     started = now_ns(s.timespec) if options.time_ns > 0 else 0
     position2 = options.position_tolerance_m**2
     rotation2 = options.rotation_tolerance_rad**2
@@ -133,6 +143,8 @@ def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[
         since, reference = 0, np.inf
         while True:
             distance2, angle2 = find_error(chain, s.q, pose, s.at)
+            if freedom is not None:
+                distance2, angle2 = free_error(freedom, s.at)
             squared = distance2 + angle2
             if squared < least:
                 least = squared
@@ -155,7 +167,12 @@ def _refine_one(chain, pose, seeds, library, options, s, best):  # type: ignore[
             if since == 0:
                 reference = squared
             damping = options.damping + options.damping_gain * squared
-            damped_step(chain, s, None, damping, options.max_active_set_passes)
+            if freedom is None:
+                damped_step(chain, s, None, damping, options.max_active_set_passes)
+            else:
+                find_jacobian(chain, s.at)
+                free_rows(freedom, s.at)
+                step_inside(chain, s, None, damping, options.max_active_set_passes)
             iterations += 1
             since += 1
     return OUT_OF_STARTS, iterations, options.starts
@@ -186,7 +203,7 @@ def refine_row(chain, pose, seeds, library, options, joints):  # type: ignore[no
     """
     s = _scratch(chain.prismatic.shape[0], joints.shape[0], library)
     began = now_ns(s.timespec)
-    status, iterations, starts = _refine_one(chain, pose, seeds, library, options, s, joints)
+    status, iterations, starts = _refine_one(chain, pose, seeds, library, options, None, s, joints)
     return status, iterations, starts, now_ns(s.timespec) - began
 
 
@@ -199,7 +216,7 @@ def refine_rows(  # type: ignore[no-untyped-def]
     for row in range(poses.shape[0]):
         began = now_ns(s.timespec)
         status[row], iterations[row], starts[row] = _refine_one(
-            chain, poses[row], seeds[row], library, options, s, joints[row]
+            chain, poses[row], seeds[row], library, options, None, s, joints[row]
         )
         time_ns[row] = now_ns(s.timespec) - began
 
@@ -224,3 +241,19 @@ def refine_rows_parallel(  # type: ignore[no-untyped-def]
             starts[r],
             time_ns[r],
         )
+
+
+@njit()
+def refine_rows_freely(  # type: ignore[no-untyped-def]
+    chain, poses, seeds, library, options, widths, joints, status, iterations, starts, time_ns
+):
+    """Solve a batch on one thread under freedoms, widths (N, 6) [m and rad]."""
+    s = _scratch(chain.prismatic.shape[0], joints.shape[1], library)
+    room = new_freedom_room()
+    for row in range(poses.shape[0]):
+        began = now_ns(s.timespec)
+        copy_row(widths[row], room.widths)
+        status[row], iterations[row], starts[row] = _refine_one(
+            chain, poses[row], seeds[row], library, options, room, s, joints[row]
+        )
+        time_ns[row] = now_ns(s.timespec) - began

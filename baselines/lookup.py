@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 import baselines
 from baselines.checks import count_settings, thread_setting
+from baselines.kernel_abilities import KernelAbilities
 from baselines.lm import LevenbergMarquardt
+from baselines.lm_kernel import LmOptions
 from baselines.protocol import Budget, Solution, Solver
 from baselines.refine import refine
 from baselines.seed_library import LIBRARY_SEED, pose_features
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-class Lookup(Solver):
+class Lookup(KernelAbilities, Solver):
     """The nearest of many remembered configurations, refined to the tolerances of `lm`.
 
     Nearness is that of `baselines.seed_library`: distance in units of half the workspace, and of
@@ -64,6 +66,10 @@ class Lookup(Solver):
         assert isinstance(kernel, LevenbergMarquardt)
         self.kernel, self.tolerances = kernel, kernel.tolerances
 
+    def options(self, budget: Budget | None) -> LmOptions:
+        """The kernel's options, by default under this solver's own budget."""
+        return self.kernel.options(self.budget if budget is None else budget)
+
     @cached_property
     def joints(self) -> Array:
         """What is remembered; drawn when it is first needed."""
@@ -91,6 +97,11 @@ class Lookup(Solver):
         found: Array = self.joints[rows]
         return found
 
+    def first_seeds(self, poses: Array, initial: Array | None) -> Array:
+        """See `KernelAbilities`: the initial guess, then the nearest remembered configurations."""
+        nearest = self.nearest(poses)
+        return nearest if initial is None else np.concatenate((initial[:, None], nearest), axis=1)
+
     def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
         return self._descended(poses, initial[:, None], budget)
 
@@ -103,7 +114,6 @@ class Lookup(Solver):
         begin = time.perf_counter()
         seeds = np.concatenate((first, self.nearest(poses)), axis=1)
         search_s = (time.perf_counter() - begin) / len(poses)
-        options = self.kernel.options(self.budget if budget is None else budget)
-        refined = refine(self.robot, poses, seeds, options, self.threads)
+        refined = refine(self.robot, poses, seeds, self.options(budget), self.threads)
         refined.time_s[:] += search_s
         return refined.solution()

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from baselines.abilities import Abilities
 from baselines.checks import check_initial, check_poses
 from baselines.errors import BudgetError, InitialError, PoseError
 from robots.arguments import as_float, as_floats, as_int
@@ -102,7 +103,7 @@ class Solution:
         )
 
 
-class Solver(ABC):
+class Solver(Abilities, ABC):
     """Inverse kinematics of one robot.
 
     Attributes:

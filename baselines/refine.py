@@ -71,10 +71,11 @@ class Refined:
         status, iterations, starts = np.zeros((3, count), dtype=np.int64)
         return cls(np.zeros((count, dof)), status, iterations, starts, np.zeros(count))
 
-    def solution(self) -> Solution:
-        """The same as a `Solution`."""
+    def solution(self, joints: Array | None = None) -> Solution:
+        """The same as a `Solution`, with other joints (N, dof) where these were turned."""
         reasons = tuple(_REASON_OF[self.status].tolist())
-        return Solution(self.joints, self.found, self.time_s, self.iterations, reasons)
+        joints = self.joints if joints is None else joints
+        return Solution(joints, self.found, self.time_s, self.iterations, reasons)
 
 
 def thread_count(count: int) -> int:
@@ -131,6 +132,39 @@ def refine(
     if not robot.endless.any():
         return result
     return replace(result, joints=robot.nearest_turns(result.joints))
+
+
+def refine_freely(
+    chain: Chain,
+    poses: Array,
+    seeds: Array,
+    widths: Array,
+    options: LmOptions,
+    library: SeedLibrary | None = None,
+) -> Refined:
+    """Descend as `refine` does under freedoms, pose by pose; endless joints are left as they turn.
+
+    Args:
+        chain: Of a robot, or one with other limits.
+        poses: (N, 7) targets in the base frame, x y z in m, then unit qw qx qy qz.
+        seeds: (N, K, dof) configurations to start from.
+        widths: (N, 6) of each target, see `baselines.freedom.Freedom` [m and rad].
+        options: Tolerances, damping and budget.
+        library: Configurations to start from after the seeds, the nearest first.
+    """
+    dof = seeds.shape[2]
+    result, time_ns = Refined.empty(len(poses), dof), np.zeros(len(poses), dtype=np.int64)
+    lm_kernel.refine_rows_freely(
+        chain,
+        compiled_floats(poses),
+        compiled_floats(seeds),
+        empty_seed_library(dof) if library is None else library,
+        options,
+        compiled_floats(widths),
+        *(result.joints, result.status, result.iterations, result.starts, time_ns),
+    )
+    np.multiply(time_ns, 1e-9, out=result.time_s)
+    return result
 
 
 def _one_by_one(arguments: Arguments, threads: int) -> Refined:

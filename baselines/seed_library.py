@@ -77,6 +77,14 @@ def _metric(robot: Robot) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return (lower + upper) / 2, np.where(half > 0.0, half, 1.0)
 
 
+def nearest_remembered(library: SeedLibrary, pose: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the remembered configurations that a target (7,) is started from, (K, dof)."""
+    distances = np.empty(len(library.joints), dtype=np.float32)
+    goal = np.ascontiguousarray(rotations.matrix_from_quaternion(pose[3:]))
+    find_distances(library, pose, goal, distances)
+    return library.joints[np.argsort(distances, kind="stable")[: library.neighbours]]
+
+
 def empty_seed_library(dof: int) -> SeedLibrary:
     """Return the memory of a solver that remembers nothing."""
     nothing = np.empty((FEATURES, 0), dtype=np.float32)

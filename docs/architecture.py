@@ -30,6 +30,7 @@ BOXES = {
     "learning": "networks, training, neural solvers",
     "exporting": "ONNX, TorchScript, a header of C",
     "planning": "Bezier motions, branches, timing",
+    "reachability": "maps of places and orientations",
     "grasping": "PyBullet trials",
     "perception": "camera, detectors",
     "agent": "dialogue, action tags, language model",

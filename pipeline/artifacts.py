@@ -76,6 +76,10 @@ class Artifacts:
         """Many solutions of each of some test poses, by a solver that draws."""
         return self.root / "sample" / robot / f"{solver}.parquet"
 
+    def reach(self, robot: str) -> Path:
+        """Folder of the reachability map of a robot."""
+        return self.root / "reach" / robot
+
     def plan(self, robot: str) -> Path:
         """Folder of the planner benchmark of a robot."""
         return self.root / "plan" / robot

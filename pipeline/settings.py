@@ -24,6 +24,7 @@ from pipeline.learning.tracker import TrackerConfig
 from pipeline.perception.config import DetectorConfig, PerceptionConfig
 from pipeline.planning.config import PlanConfig
 from pipeline.protocols.config import ProtocolConfig
+from pipeline.reachability.config import ReachConfig
 from pipeline.reporting.config import ReportConfig
 from pipeline.speech.config import SpeechConfig
 from pipeline.suites.config import SuiteConfig
@@ -95,6 +96,7 @@ class Config:
     sample: SampleConfig = field(default_factory=SampleConfig)
     suite: SuiteConfig = field(default_factory=SuiteConfig)
     protocol: ProtocolConfig = field(default_factory=ProtocolConfig)
+    reach: ReachConfig = field(default_factory=ReachConfig)
     plan: PlanConfig = field(default_factory=PlanConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)
     agent: AgentConfig = field(default_factory=AgentConfig)

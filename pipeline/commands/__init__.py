@@ -28,7 +28,7 @@ class Command:
 RUNNING = {
     "all": Command(
         "run.everything",
-        "every stage above but those on demand (compare-tuned, suites, sample): robots=[...]",
+        "every stage above but those on demand (suites, sample, reach, ...): robots=[...]",
     ),
     "paper": Command(
         "paper.paper",

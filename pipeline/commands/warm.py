@@ -82,6 +82,13 @@ def _solver(name: str) -> None:
         load_solver(name, robot, threads=2).solve(many)
 
 
+def _freedoms() -> None:
+    from pipeline.loading import load_solver
+
+    robot = load_robot(ROBOT)
+    load_solver("lm", robot).explain(robot.forward_kinematics(robot.home)[0])
+
+
 def _planner() -> None:
     from pipeline.loading import load_solver
     from pipeline.planning import plan_motion
@@ -98,6 +105,7 @@ KERNELS = {
     "robot": _robot,
     "bio_ik": lambda: _solver("bio_ik"),
     "lm": lambda: _solver("lm"),
+    "freedoms": _freedoms,
 }
 
 

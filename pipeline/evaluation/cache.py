@@ -21,6 +21,7 @@ import torch
 from numpy.typing import NDArray
 
 from baselines import Solver
+from baselines.freedom import widths_of
 from pipeline.data.tables import TableError, read_metadata, read_table, write_table
 from pipeline.evaluation.config import HOME, EvaluateConfig
 from pipeline.evaluation.machine import allowed_threads, machine_fingerprint
@@ -76,6 +77,8 @@ def _solver_facts(task: EvaluationTask, config: EvaluateConfig) -> dict[str, Any
 
 def _pose_facts(task: EvaluationTask) -> dict[str, Any]:
     following = {}
+    if task.freedoms is not None:
+        following["freedoms"] = array_checksum(widths_of(task.freedoms, len(task.poses)))
     if task.follows is not None:
         following["follows"] = array_checksum(task.follows.astype(np.float64))
     return {

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from baselines.freedom import Freedom, nearest_allowed, widths_of
 from pipeline.evaluation.metrics import PoseErrors, pose_errors
 from pipeline.evaluation.verification import tip_poses, within_limits
 
@@ -59,6 +60,7 @@ def raw_rows(
     times_us: Array,
     config: EvaluateConfig,
     always_answers: bool,
+    freedoms: Sequence[Freedom] | None = None,
 ) -> pd.DataFrame:
     """Judge the answers to a run of poses: errors come from the joints, never from the solver.
 
@@ -69,13 +71,14 @@ def raw_rows(
         times_us: (N,) wall time per pose [us].
         config: Tolerance of a claim, slack of a limit.
         always_answers: Every answer counts, found or not.
+        freedoms: What each target leaves open; errors are those to the nearest pose it allows.
 
     Returns:
         N rows with the columns of `COLUMNS` from ``found`` to the joints.
     """
     joints = np.concatenate([answer.joints for answer in answers])
     found = np.concatenate([answer.found for answer in answers]).astype(bool)
-    errors = pose_errors(targets, tip_poses(robot, joints))
+    errors = free_errors(targets, tip_poses(robot, joints), freedoms)
     inside = within_limits(robot, joints, config.limit_slack)
     missed = (errors.position_mm >= config.claim.position_mm) | (
         errors.rotation_deg >= config.claim.rotation_deg
@@ -85,7 +88,7 @@ def raw_rows(
         "answered": found | always_answers,
         "reason": [reason for answer in answers for reason in answer.reason],
         **_error_columns(errors, ""),
-        **_error_columns(idle_errors(robot, targets), "idle_"),
+        **_error_columns(idle_errors(robot, targets, freedoms), "idle_"),
         "within_limits": inside,
         "claimed_and_wrong": found & (missed | ~inside),
         "time_per_pose_us": times_us,
@@ -97,10 +100,22 @@ def raw_rows(
     return pd.DataFrame(columns)
 
 
-def idle_errors(robot: Robot, targets: Array) -> PoseErrors:
+def idle_errors(
+    robot: Robot, targets: Array, freedoms: Sequence[Freedom] | None = None
+) -> PoseErrors:
     """Errors of the idle configuration: what the paper counts where a solver returns nothing."""
     idle = tip_poses(robot, np.asarray(robot.home, dtype=np.float64)[None])
-    return pose_errors(targets, np.repeat(idle, len(targets), axis=0))
+    return free_errors(targets, np.repeat(idle, len(targets), axis=0), freedoms)
+
+
+def free_errors(
+    targets: Array, reached: Array, freedoms: Sequence[Freedom] | None = None
+) -> PoseErrors:
+    """Errors of reached poses (N, 7), to targets or to the nearest poses that these allow."""
+    if freedoms is None:
+        return pose_errors(targets, reached)
+    widths = widths_of(freedoms, len(targets))
+    return pose_errors(nearest_allowed(targets, reached, widths), reached)
 
 
 def _error_columns(errors: PoseErrors, kind: str) -> dict[str, Array]:

@@ -149,8 +149,8 @@ def _solve_chunk(
         times.append(np.full(count, (end - begin) / count / NS_PER_US))
         seeding = begin - requested if task.seeder is not None else 0
         seed_times.append(np.full(count, seeding / count / NS_PER_US))
-    always_answers = task.solver.always_answers
-    rows = raw_rows(task.robot, task.poses, answers, np.concatenate(times), config, always_answers)
+    judged = config, task.solver.always_answers, task.freedoms
+    rows = raw_rows(task.robot, task.poses, answers, np.concatenate(times), *judged)
     rows.insert(0, "robot", task.robot.name)
     rows.insert(1, "solver", task.label)
     rows.insert(2, "seed", task.seed)
@@ -164,7 +164,10 @@ def _call(task: EvaluationTask, budget: Budget | None) -> Solution:
     """One query; a solver that fails gives its home configuration and the reason."""
     robot, count = task.robot, len(task.poses)
     try:
-        solution = task.solver.solve(task.poses, initial=task.initial, budget=budget)
+        if task.in_part and task.freedoms is not None:
+            solution = task.solver.solve_partial(task.poses, task.freedoms, task.initial, budget)
+        else:
+            solution = task.solver.solve(task.poses, initial=task.initial, budget=budget)
     except (SolverError, ArithmeticError, RuntimeError, np.linalg.LinAlgError) as error:
         failed = Solution.empty(count, robot.dof)
         reason = f"{type(error).__name__}: {error}"

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from baselines import Budget, Solver
+from baselines import Budget, Freedom, Solver
+from baselines.abilities import PARTIAL
 from pipeline.evaluation.config import HOME, EvaluateConfig
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ class EvaluationTask:
         seeder: Solver whose answers are the initial guesses instead, computed call by call.
         follows: (N,) poses whose initial guess is the answer to the pose before; None for none. All
             are solved one by one then.
+        freedoms: What each of the N targets leaves open; None for whole poses. A solver that
+            knows whole poses only solves those, and is judged under the freedoms all the same.
         code: Digest of the code behind the rows; rows of other code are not reused.
     """
 
@@ -42,6 +45,7 @@ class EvaluationTask:
     initial: Array | None = None
     seeder: Solver | None = None
     follows: NDArray[np.bool_] | None = None
+    freedoms: tuple[Freedom, ...] | None = None
     code: str = ""
 
     @property
@@ -56,6 +60,11 @@ class EvaluationTask:
             return self.seeder.name
         return HOME if self.initial is None else "given"
 
+    @property
+    def in_part(self) -> bool:
+        """Whether the solver is asked under the freedoms, not for whole poses."""
+        return self.freedoms is not None and self.solver.lacks(PARTIAL) is None
+
     def part(self, start: int, stop: int) -> EvaluationTask:
         """Return it on the poses ``start`` to ``stop``; the first follows the last."""
         if stop <= len(self.poses):
@@ -67,7 +76,11 @@ class EvaluationTask:
         if initial is not None and initial.ndim == 2:
             initial = initial[rows]
         follows = None if self.follows is None else self.follows[rows]
-        return replace(self, poses=self.poses[rows], initial=initial, follows=follows)
+        freedoms = self.freedoms
+        if freedoms is not None:
+            freedoms = tuple(freedoms[row] for row in np.arange(len(freedoms))[rows])
+        poses = self.poses[rows]
+        return replace(self, poses=poses, initial=initial, follows=follows, freedoms=freedoms)
 
     def seeded(self) -> EvaluationTask:
         """Return the same task with the seeder's answers as initial guesses."""

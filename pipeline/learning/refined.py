@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 import baselines
 from baselines import Budget, SettingError, Solution
 from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
+from baselines.kernel_abilities import KernelAbilities
 from baselines.lm import LevenbergMarquardt
 from baselines.lm_kernel import LmOptions
 from baselines.refine import Refined, refine
 from baselines.refine_torch import refine_place, refine_torch
 from baselines.registry import settings
-from baselines.seed_library import LIBRARY_SEED, build_seed_library
+from baselines.seed_library import LIBRARY_SEED, SeedLibrary, build_seed_library
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
 from robots.suggestions import unknown_name
@@ -25,7 +26,7 @@ from robots.suggestions import unknown_name
 POSITION, ROTATION = "position_tolerance_m", "rotation_tolerance_rad"
 
 
-class RefinedSolver(CompiledQuerySolver):
+class RefinedSolver(KernelAbilities, CompiledQuerySolver):
     """The best hypotheses of a neural solver, each refined to the tolerances of `lm`.
 
     Then come the nearest configurations of the seed library and random restarts. An initial guess
@@ -122,6 +123,17 @@ class RefinedSolver(CompiledQuerySolver):
         function, arguments = query
         bound = (joint_range(self.robot), self.robot.home, *arguments, self.library)
         return CompiledQuery(function, options, self.robot.dof, *bound)
+
+    def seed_memory(self) -> SeedLibrary:
+        """See `KernelAbilities`."""
+        return self.library
+
+    def first_seeds(
+        self, poses: NDArray[np.float64], initial: NDArray[np.float64] | None
+    ) -> NDArray[np.float64]:
+        """See `KernelAbilities`: the initial guess, then all hypotheses of the network."""
+        answers = self.hypotheses(poses).joints
+        return answers if initial is None else np.concatenate((initial[:, None], answers), axis=1)
 
     def _solve_unguided(self, poses: NDArray[np.float64], budget: Budget | None) -> Solution:
         return self._refined(poses, np.empty((len(poses), 0, self.robot.dof)), budget)

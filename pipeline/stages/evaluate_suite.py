@@ -6,6 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pandas as pd
+
 from pipeline.errors import ConfigError
 from pipeline.evaluation.config import HOME, row_name
 from pipeline.evaluation.task import EvaluationTask
@@ -13,7 +15,8 @@ from pipeline.stages import evaluate
 from pipeline.stages.evaluate import Job, each_solver, write_rows
 from pipeline.stages.inputs import artifacts, robot_of, suite_of
 from pipeline.stages.solvers import code_of, solver_of
-from pipeline.suites.rows import follows, initial, with_problems
+from pipeline.suites.problems import freedoms
+from pipeline.suites.rows import follows, initial, with_abilities, with_problems
 
 if TYPE_CHECKING:
     from pipeline.settings import Config
@@ -33,7 +36,9 @@ def run(config: Config) -> list[Path]:
     """Write the raw rows of every solver of ``evaluate.solvers``, judged as those of `evaluate`.
 
     Poses are handed over one by one, but to solvers of ``evaluate.error_batch_size``. A suite that
-    has starts gives them to the solver.
+    has starts gives them to the solver. A suite with freedoms asks under them, but solvers of whole
+    poses for those; all are judged under the freedoms. In unreachable solvers that explain a "no"
+    are asked for the reason, untimed.
     """
     return each_solver(config, _one)
 
@@ -45,14 +50,16 @@ def _one(job: Job) -> Path:
     batch_size = config.evaluate.error_batch_size.get(name, 1)
     config = replace(config, evaluate=replace(config.evaluate, batch_sizes=[batch_size]))
     label = row_name(name, config.evaluate.pinned)
+    solver = solver_of(name, robot, config)
     task = EvaluationTask(
         robot,
-        solver_of(name, robot, config),
+        solver,
         suite.problems.poses,
         config.seed,
         label,
         initial=initial(suite.problems, robot),
         follows=follows(suite.problems),
+        freedoms=freedoms(suite.problems),
         code=code_of(__name__, {"solver": [name]}, config),
     )
     facts = {
@@ -62,6 +69,8 @@ def _one(job: Job) -> Path:
     }
     path = artifacts(config).evaluate_suite(robot.name, suite.name, label)
     title = f"evaluate_suite-{robot.name}-{suite.name}-{label}"
-    return write_rows(
-        task, config, path, title, facts, lambda rows: with_problems(rows, suite, robot)
-    )
+
+    def completed(rows: pd.DataFrame) -> pd.DataFrame:
+        return with_abilities(with_problems(rows, suite, robot), suite, solver)
+
+    return write_rows(task, config, path, title, facts, completed)

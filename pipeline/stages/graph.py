@@ -122,6 +122,14 @@ STAGES = {
             on_demand=True,
         ),
         Stage(
+            "reach",
+            "a map of the share of orientations that are reached over a grid of places",
+            inputs=("train",),
+            groups=("robot", "reach", "model", "report.dpi", "solver"),
+            solvers=lambda config: config.reach.solvers_by_key(),
+            on_demand=True,
+        ),
+        Stage(
             "plan",
             "Bezier motions between random poses",
             inputs=("train",),

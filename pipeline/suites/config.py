@@ -10,9 +10,9 @@ from omegaconf import MISSING
 from pipeline.checks import at_least, one_of, positive, positive_all, within
 from pipeline.errors import ConfigError
 
-# Generators that are judged in their own way: by a true "no", and by whole trajectories, in which
-# the size of the second is counted as well.
-UNREACHABLE, TRACKING = "unreachable", "tracking"
+# Generators that are judged in their own way: by a true "no", by whole trajectories, in which the
+# size of the second is counted as well, and under freedoms.
+UNREACHABLE, TRACKING, PARTIAL = "unreachable", "tracking", "partial"
 
 
 @dataclass
@@ -110,6 +110,18 @@ class TrackingConfig(ShareConfig):
         positive("suite.default_velocity", self.default_velocity)
 
 
+@dataclass
+class PartialConfig(SuiteConfig):
+    """Targets of which a part is free."""
+
+    axis: str = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse axes that the tip has not."""
+        super().__post_init__()
+        one_of("suite.axis", self.axis, ("x", "y", "z"))
+
+
 CLASSES: dict[str, type[SuiteConfig]] = {
     "uniform": SuiteConfig,
     "at_limits": AtLimitsConfig,
@@ -118,6 +130,7 @@ CLASSES: dict[str, type[SuiteConfig]] = {
     UNREACHABLE: UnreachableConfig,
     "warm": WarmConfig,
     TRACKING: TrackingConfig,
+    PARTIAL: PartialConfig,
 }
 
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 from pipeline.data.tables import TableError, read_metadata, read_table, write_table
 from pipeline.seeding import derive_seed
 from pipeline.suites import postures
-from pipeline.suites.config import TRACKING, UNREACHABLE, SuiteConfig
+from pipeline.suites.config import PARTIAL, TRACKING, UNREACHABLE, SuiteConfig
 from pipeline.suites.drawing import SuiteError
+from pipeline.suites.partial import partial
 from pipeline.suites.problems import Problems, checksum, from_frame, to_frame
 from pipeline.suites.tracking import tracking
 from pipeline.suites.unreachable import unreachable
@@ -29,6 +30,7 @@ GENERATORS: dict[str, Callable[..., Problems]] = {
     UNREACHABLE: unreachable,
     "warm": warm,
     TRACKING: tracking,
+    PARTIAL: partial,
 }
 
 

@@ -22,6 +22,7 @@ from pipeline.data.dataset import joint_columns
 from pipeline.evaluation.rows import raw_rows
 from pipeline.suites.drawing import SuiteError
 from pipeline.suites.generators import Suite
+from pipeline.suites.problems import freedoms
 from pipeline.suites.rows import with_problems
 
 if TYPE_CHECKING:
@@ -85,7 +86,8 @@ def judge(
     nothing = np.full(count, np.nan)
     zeros = np.zeros(count, dtype=np.int64)
     solution = Solution(joints, found, nothing, zeros, tuple(map(str, reason)))
-    rows = raw_rows(robot, suite.problems.poses, [solution], nothing, config, False)
+    left_open = freedoms(suite.problems)
+    rows = raw_rows(robot, suite.problems.poses, [solution], nothing, config, False, left_open)
     rows.insert(0, "robot", robot.name)
     rows.insert(1, "solver", name)
     rows.insert(2, "seed", seed)

@@ -15,16 +15,18 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from baselines.freedom import Freedom
 from pipeline.data.dataset import POSE_COLUMNS, joint_columns
+from robots.rounding import rounded
 
 if TYPE_CHECKING:
     from robots import Robot
 
 Array = NDArray[np.float64]
 
-DECIMALS = 9
 STRATUM = "stratum"
 EVIDENCE = "evidence_"  # begins columns that say how something is known; not part of the checksum
+FREEDOM = ("along_x_m", "along_y_m", "along_z_m", "about_x_rad", "about_y_rad", "about_z_rad")
 START = "start_"  # begins columns of the configuration that a solver starts from
 COLUMNS = {
     "x": "target in the base frame [m]; likewise y and z",
@@ -35,6 +37,8 @@ COLUMNS = {
     "trajectory": "number of the trajectory; only in tracking, as the two that follow",
     "step": "number of the waypoint on it; from 1 on a solver starts at its answer to the last one",
     "rate_hz": "waypoints a second",
+    "along_x_m": "how far the tip may be from the target along x of its frame [m], infinite: free; "
+    "likewise along y and z, and about_x_rad [rad] about the axes; only in partial",
     "evidence_…": "how it is known that a pose cannot be reached; only in unreachable",
 }
 
@@ -89,6 +93,14 @@ def reached(
     return Problems(poses, np.full(len(known), stratum), known, begin, further)
 
 
+def freedoms(problems: Problems) -> tuple[Freedom, ...] | None:
+    """Return what each target leaves open; None where all are whole poses."""
+    if FREEDOM[0] not in problems.further:
+        return None
+    widths = np.stack([problems.further[name] for name in FREEDOM], axis=1)
+    return tuple(Freedom((*row[:3],), (*row[3:],)) for row in widths.tolist())
+
+
 def joined(parts: Sequence[Problems]) -> Problems:
     """Return the problems of several parts, of the same columns, one part after the other."""
     starts = [part.start for part in parts if part.start is not None]
@@ -105,11 +117,6 @@ def in_turns(parts: Sequence[Problems]) -> Problems:
     """Return the problems of several parts in turns, so that the first ones hold all kinds."""
     place = np.concatenate([np.arange(len(part)) for part in parts])
     return joined(parts).at(np.argsort(place, kind="stable"))
-
-
-def rounded(values: Array) -> Array:
-    """Return values as they are stored; a negative zero becomes zero."""
-    return np.asarray(np.round(values, DECIMALS) + 0.0)
 
 
 def to_frame(problems: Problems, robot: Robot) -> pd.DataFrame:

@@ -8,14 +8,25 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from baselines.abilities import EXPLAIN
+from baselines.abilities import PARTIAL as ABILITY
+from baselines.explanation import LIMITS, ORIENTATION, OUT_OF_REACH
 from pipeline.data.dataset import joint_columns
+from pipeline.suites.config import PARTIAL, UNREACHABLE
 from pipeline.suites.generators import Suite
 from pipeline.suites.problems import EVIDENCE, STRATUM, Problems
+from pipeline.suites.unreachable import ORIENTATION as ORIENTATION_KIND
 
 if TYPE_CHECKING:
+    from baselines import Solver
     from robots import Robot
 
 Array = NDArray[np.float64]
+
+FREEDOMS, WHOLE_POSE = "freedoms", "whole pose"
+# Poses beyond reach are out of it. At the edge of reach a place has a configuration and the
+# orientation none inside the limits; whether one outside them has it, nobody knows beforehand.
+TRUE_REASONS = {ORIENTATION_KIND: (ORIENTATION, LIMITS)}
 
 COLUMNS = {  # beside those of pipeline.evaluation.rows
     "suite": "name of the suite",
@@ -27,6 +38,13 @@ COLUMNS = {  # beside those of pipeline.evaluation.rows
     "step": "number of the waypoint on it",
     "rate_hz": "waypoints a second",
     "joint_step": "largest joint distance from the answer to the waypoint before [rad or m]",
+}
+ABILITY_COLUMNS = {  # of suites that ask for more than a pose
+    "along_x_m": "freedom of the target along x of its frame, by which it is judged [m]; likewise "
+    "along y and z, and about_x_rad [rad] about the axes; only in partial, as solved_as",
+    "solved_as": "what the solver was asked for: the freedoms, or the whole pose",
+    "explained": "why there is no solution, by solvers that say it; only in unreachable",
+    "explained_right": "whether that is true of the kind of problem; only in unreachable",
 }
 
 
@@ -41,6 +59,27 @@ def follows(problems: Problems) -> NDArray[np.bool_] | None:
     """Return which poses (N,) start from the answer to the one before; None where none does."""
     step = problems.further.get("step")
     return None if step is None else np.asarray(step > 0)
+
+
+def with_abilities(rows: pd.DataFrame, suite: Suite, solver: Solver) -> pd.DataFrame:
+    """Add what a solver was asked for, or how it explains its "no", where a suite is about that.
+
+    Args:
+        rows: Of `with_problems`.
+        suite: That was answered.
+        solver: That answered it.
+    """
+    if suite.generator == PARTIAL:
+        return rows.assign(solved_as=WHOLE_POSE if solver.lacks(ABILITY) else FREEDOMS)
+    if suite.generator != UNREACHABLE or solver.lacks(EXPLAIN):
+        return rows
+    poses = suite.problems.poses[rows.pose.to_numpy()]
+    reasons = [solver.explain(pose).reason for pose in poses]
+    right = [
+        reason in TRUE_REASONS.get(kind, (OUT_OF_REACH,))
+        for kind, reason in zip(rows.stratum, reasons, strict=True)
+    ]
+    return rows.assign(explained=reasons, explained_right=right)
 
 
 def with_problems(rows: pd.DataFrame, suite: Suite, robot: Robot) -> pd.DataFrame:

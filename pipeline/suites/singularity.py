@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.suites.problems import rounded
-from pipeline.suites.reach_bound import ReachBound, reach_bound
+from robots.reach_bound import ReachBound, reach_bound
+from robots.rounding import rounded
 
 if TYPE_CHECKING:
     from robots import Robot

@@ -1,6 +1,6 @@
 """Suite of poses that no configuration reaches, and how that is known of each.
 
-`beyond_<d>mm`: further by d than the proven bound of the reach (`pipeline.suites.reach_bound`), in
+`beyond_<d>mm`: further by d than the proven bound of the reach (`robots.reach_bound`), in
 the direction and with the orientation of a uniform configuration's tip.
 
 `orientation`: at a place at the edge of reach, which a known configuration reaches, with a random
@@ -26,8 +26,9 @@ from pipeline.seeding import derive_seed
 from pipeline.suites.config import UnreachableConfig
 from pipeline.suites.drawing import draw, uniform_joints
 from pipeline.suites.postures import stretched_joints
-from pipeline.suites.problems import EVIDENCE, Problems, in_turns, reached, rounded
+from pipeline.suites.problems import EVIDENCE, Problems, in_turns, reached
 from pipeline.suites.singularity import scale
+from robots.rounding import rounded
 
 if TYPE_CHECKING:
     from robots import Robot

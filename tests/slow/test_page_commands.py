@@ -19,6 +19,7 @@ ELSEWHERE = {"engine=slurm", "engine=ray", "agent=endpoint", "perception.detecto
 HERE = "engine.cluster=local"  # jobs of SLURM as processes of this machine
 SMALL = {  # what profile=smoke does not make small, or an experiment makes large again
     "plan": ["plan.pairs=3"],
+    "reach": ["reach.spacing_m=0.2", "reach.orientations=8"],
     "compare-tuned": ["tune.comparison.amount=1", "tune.comparison.replicates=2"],
 }
 FIRST = ("dataset", "tune")  # what others of these commands start from

@@ -26,7 +26,7 @@ from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig, tolerance_title
 from pipeline.reporting.data import Topic
 from pipeline.reporting.summary import apply_not_found, successes
-from pipeline.suites.config import TRACKING, UNREACHABLE
+from pipeline.suites.config import PARTIAL, TRACKING, UNREACHABLE
 
 Rows = Mapping[tuple[str, str, str], pd.DataFrame]
 Flags = NDArray[np.bool_]
@@ -80,8 +80,19 @@ TRUE_NO = (
     count("poses", "poses"),
     *_rate("true no [%]", "success"),
     count("claimed", "claims a solution"),
+    share("explained_share", "reason right [%]"),
     *_time("time [ms]"),
     *_nearest("mean error of the answer"),
+)
+FREED = (
+    ROBOT,
+    KIND,
+    SOLVER,
+    text("solved_as", "asked for"),
+    count("poses", "poses"),
+    *_rate("success [%]", "success"),
+    *_time("time [ms]"),
+    *_nearest("mean error of the missed"),
 )
 FOLLOWED = (
     ROBOT,
@@ -118,7 +129,7 @@ def suites(rows: Rows, config: ReportConfig) -> Table:
         [
             {**names, **_success(part, config), **_times(part)}
             for names, part in _each(rows)
-            if _generator(part) not in (UNREACHABLE, TRACKING)
+            if _generator(part) not in (UNREACHABLE, TRACKING, PARTIAL)
         ],
         SUITES,
         name="suites",
@@ -142,7 +153,25 @@ def unreachable(rows: Rows, config: ReportConfig) -> Table:
         title="Poses that cannot be reached",
         caption="A true no claims no solution; a claim is counted as one whatever the tolerance of "
         f"the solver. {config.confidence * 100:g} % Wilson intervals; time of a call with one "
-        "pose; the error is that of the joints that came back, the nearest that were met.",
+        "pose; the error is that of the joints that came back, the nearest that were met. Reason "
+        "right: what a solver that explains its no says of it, where what is true is known.",
+    )
+
+
+def partial(rows: Rows, config: ReportConfig) -> Table:
+    """Solver by what a target leaves open: how often it is reached under just these freedoms."""
+    return Table.of(
+        [
+            {**names, "stratum": kind, **_asked(part), **_success(part, config), **_times(part)}
+            for names, kind, part in _by(rows, PARTIAL, "stratum")
+        ],
+        FREED,
+        name="suites_partial",
+        title="Targets of which a part is free",
+        caption=f"Success at {tolerance_title(config.success.strict)} under the freedoms of the "
+        "target: errors are those to the nearest pose that it allows, whatever the solver was "
+        "asked for. A solver of whole poses was asked for one of them, with a random value in "
+        f"place of what is free. {config.confidence * 100:g} % Wilson intervals.",
     )
 
 
@@ -265,7 +294,14 @@ def _success(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
 
 def _true_no(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
     claimed = rows.found.to_numpy(dtype=bool)
-    return {**_counts(~claimed, config), "claimed": int(claimed.sum()), **_errors(rows)}
+    right = float(rows.explained_right.mean()) if "explained_right" in rows else None
+    said = {"claimed": int(claimed.sum()), "explained_share": right}
+    return {**_counts(~claimed, config), **said, **_errors(rows)}
+
+
+def _asked(rows: pd.DataFrame) -> dict[str, str | None]:
+    """What the solver was asked for; nobody knows of answers from elsewhere."""
+    return {"solved_as": str(rows.solved_as.iloc[0]) if "solved_as" in rows else None}
 
 
 def _followed(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
@@ -332,6 +368,7 @@ TOPIC = Topic(
     tables=(
         lambda data: suites(data.results.suites, data.config),
         lambda data: unreachable(data.results.suites, data.config),
+        lambda data: partial(data.results.suites, data.config),
         lambda data: tracking(data.results.suites, data.config),
         lambda data: leaders(data.results.suites, data.config),
     ),

@@ -25,6 +25,7 @@ GROUPS = (
     "evaluate",
     "sample",
     "suite",
+    "reach",
     "plan",
     "grasp",
     "agent",

@@ -39,6 +39,7 @@ PLAIN = (
     "evaluate",
     "sample",
     "suite",
+    "reach",
     "protocol",
     "plan",
     "grasp",

@@ -10,7 +10,7 @@ from synthetic import raw_rows, report_config
 from pipeline.data.tables import write_table
 from pipeline.evaluation.statistics import wilson_interval
 from pipeline.reporting.results import read_results
-from pipeline.reporting.topics.suites import leaders, suites, tracking, unreachable
+from pipeline.reporting.topics.suites import leaders, partial, suites, tracking, unreachable
 
 POSES = 100
 
@@ -66,6 +66,28 @@ def test_a_claim_where_nothing_can_be_reached_is_a_lie_however_near():
     assert (second["stratum"], second["claimed"], second["success"]) == ("b", 0, 1.0)
     assert first["position_error_mm"] == pytest.approx((3 * 0.1 + 47 * 30) / 50)
     assert records(suites, lm=given) == []
+
+
+def test_a_reason_that_is_true_is_counted_and_a_missing_one_is_no_lie():
+    right = np.arange(POSES) < 80
+    told, silent = (
+        rows("lm", "unreachable", 0, explained_right=right),
+        rows("pin", "unreachable", 0),
+    )
+    first, second = records(unreachable, lm=told, pinocchio=silent)
+    assert first["explained_share"] == 0.8
+    assert second["explained_share"] is None
+
+
+def test_targets_in_part_have_a_table_of_their_own():
+    kinds = np.where(np.arange(POSES) < 50, "position", "axis z")
+    asked = rows("lm", "partial", 75, kinds, solved_as="freedoms")
+    first, second = records(partial, lm=asked)
+    assert (first["stratum"], first["solved_as"], first["success"]) == ("position", "freedoms", 1.0)
+    assert (second["stratum"], second["success"]) == ("axis z", 0.5)
+    (_, other) = records(partial, elsewhere=rows("elsewhere", "partial", 75, kinds))
+    assert other["solved_as"] is None
+    assert records(suites, lm=asked) == []
 
 
 def trajectories(steps, solved=100):

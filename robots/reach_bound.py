@@ -20,13 +20,13 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
-from pipeline.suites.problems import rounded
+from robots.rounding import rounded
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -70,6 +70,10 @@ class ReachBound:
                 share[:, k] = np.clip(rest @ span / square, -1.0, 1.0)
         return np.asarray(self.origin + share @ self.spans)
 
+    def beyond(self, points: Array) -> Array:
+        """Return how far points (N, 3) are beyond the bound, (N,) in m; below 0 inside."""
+        return np.asarray(np.linalg.norm(points - self.nearest(points), axis=1) - self.radius_m)
+
 
 @dataclass(frozen=True)
 class _Link:
@@ -86,6 +90,7 @@ class _Link:
     limits: tuple[float, float] | None
 
 
+@lru_cache(maxsize=8)
 def reach_bound(robot: Robot) -> ReachBound:
     """Return a proven bound of a robot's reach; see the docstring of this module.
 
@@ -106,6 +111,8 @@ def reach_bound(robot: Robot) -> ReachBound:
 
 def _shifts(links: list[_Link]) -> Array:
     """Where on its axis each joint is thought to sit, so that the bound is small (any is one)."""
+    from scipy import optimize  # whoever solves without asking for a bound need not wait for it
+
     none = np.zeros(len(links))
     found = optimize.minimize(
         lambda shifts: _length(links, shifts),

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.suites.reach_bound import GRAIN_M, reach_bound
 from pipeline.suites.singularity import smallest_singular_value
 from robots import Robot, available_robots, load_robot
+from robots.reach_bound import GRAIN_M, reach_bound
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 LINKS = """<robot name="r"><link name="b"/><link name="l1"/><link name="l2"/><link name="tip"/>

@@ -1,0 +1,156 @@
+"""What only some solvers do: many solutions of a pose, poses in part, and reasons for a "no"."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from baselines.checks import check_initial, check_poses, count_settings, positive_settings
+from baselines.errors import AbilityError, PoseError
+from baselines.freedom import Freedom, widths_of
+from robots.arguments import as_floats
+
+if TYPE_CHECKING:
+    from baselines.explanation import Explanation
+    from baselines.protocol import Budget, Solution
+    from robots import Robot
+
+Array = NDArray[np.float64]
+
+MANY, PARTIAL, EXPLAIN = "solve_all", "solve_partial", "explain"
+
+
+class Abilities:
+    """The part of the solver protocol that a solver may leave out.
+
+    Attributes:
+        abilities: Which of "solve_all", "solve_partial" and "explain" it has.
+    """
+
+    name: str
+    robot: Robot
+    abilities: ClassVar[frozenset[str]] = frozenset()
+
+    def lacks(self, ability: str) -> str | None:
+        """Say why this solver has no such ability, or None if it has it.
+
+        Args:
+            ability: Name of a method: "solve_all", "solve_partial" or "explain".
+        """
+        if ability in self.abilities:
+            return None
+        return f"solver {self.name or type(self).__name__!r} has no {ability}"
+
+    def solve_all(
+        self, pose: ArrayLike, count: int, *, apart: float, initial: ArrayLike | None = None
+    ) -> Array:
+        """Find solutions of one pose that differ, up to a number of them.
+
+        Args:
+            pose: (7,) target in the base frame, x y z in m, then unit qw qx qy qz.
+            count: The search ends with so many; an arm with more joints than a pose has numbers has
+                infinitely many.
+            apart: Two solutions differ by more than this in one joint [rad or m]; joints that turn
+                for ever are compared by the shorter way round.
+            initial: (dof,) that the solutions are sorted by, the nearest first [rad or m]; in the
+                order in which they were found if None.
+
+        Returns:
+            (K, dof) joints within the tolerances of the solver, K from 0 to `count`.
+
+        Raises:
+            AbilityError: This solver gives one answer to a pose.
+            PoseError: As `Solver.solve`.
+            InitialError: As `Solver.solve`.
+            SettingError: A count or a distance that cannot be.
+        """
+        self._need(MANY)
+        limit = count_settings({"count": count})["count"]
+        distance = positive_settings({"apart": apart})["apart"]
+        target = _one_pose(pose)
+        return self._solve_all(target, limit, distance, self._guess(initial))
+
+    def solve_partial(
+        self,
+        poses: ArrayLike,
+        freedom: Freedom | Sequence[Freedom],
+        initial: ArrayLike | None = None,
+        budget: Budget | None = None,
+    ) -> Solution:
+        """Find joints whose tip poses are `poses` but for what these leave open.
+
+        Args:
+            poses: (N, 7) targets as for `Solver.solve`; numbers that are free do not matter.
+            freedom: What is open, for all poses or for each.
+            initial: See `Solver.solve`.
+            budget: See `Solver.solve`.
+
+        Returns:
+            One row per pose; `found` means that what counts of the error is within the tolerances.
+
+        Raises:
+            AbilityError: This solver knows whole poses only.
+            FreedomError: Freedoms that do not fit the poses.
+            PoseError: As `Solver.solve`.
+            InitialError: As `Solver.solve`.
+            BudgetError: As `Solver.solve`.
+        """
+        self._need(PARTIAL)
+        targets = check_poses(poses)
+        widths = widths_of(freedom, len(targets))
+        robot = self.robot
+        guesses = None
+        if initial is not None:
+            limits = robot.lower, robot.upper, robot.endless
+            guesses = check_initial(initial, len(targets), robot.home, *limits)
+        return self._solve_partial(targets, widths, guesses, budget)
+
+    def explain(self, pose: ArrayLike) -> Explanation:
+        """Say why a pose has no solution, with the evidence.
+
+        Args:
+            pose: (7,) target in the base frame, x y z in m, then unit qw qx qy qz.
+
+        Raises:
+            AbilityError: This solver gives no reasons.
+            PoseError: As `Solver.solve`.
+        """
+        self._need(EXPLAIN)
+        return self._explain(_one_pose(pose))
+
+    def _solve_all(self, pose: Array, count: int, apart: float, guess: Array | None) -> Array:
+        """Solve a checked pose (7,) up to `count` times, sorted by a guess (dof,)."""
+        raise NotImplementedError
+
+    def _solve_partial(
+        self, poses: Array, widths: Array, initial: Array | None, budget: Budget | None
+    ) -> Solution:
+        """Solve checked poses (N, 7) under widths (N, 6), from guesses (N, dof) or none."""
+        raise NotImplementedError
+
+    def _explain(self, pose: Array) -> Explanation:
+        """Explain a checked pose (7,)."""
+        raise NotImplementedError
+
+    def _need(self, ability: str) -> None:
+        reason = self.lacks(ability)
+        if reason is not None:
+            raise AbilityError(reason)
+
+    def _guess(self, initial: ArrayLike | None) -> Array | None:
+        robot = self.robot
+        if initial is None:
+            return None
+        limits = robot.lower, robot.upper, robot.endless
+        return check_initial(initial, 1, robot.home, *limits)[0]
+
+
+def _one_pose(pose: ArrayLike) -> Array:
+    target = as_floats(pose, "pose", PoseError)
+    if target.shape != (7,) or not math.isfinite(float(target.sum())):
+        raise PoseError(f"expected one finite pose of shape (7,), x y z qw qx qy qz, got {target}")
+    return check_poses(target[None])[0]
