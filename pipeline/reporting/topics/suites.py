@@ -118,7 +118,7 @@ def suites(rows: Rows, config: ReportConfig) -> Table:
         [
             {**names, **_success(part, config), **_times(part)}
             for names, part in _each(rows)
-            if _generator(part) not in (UNREACHABLE, TRACKING)
+            if generator_of(part) not in (UNREACHABLE, TRACKING)
         ],
         SUITES,
         name="suites",
@@ -218,7 +218,7 @@ def _by(
     parts = [
         (names, kind, part)
         for names, whole in _each(rows)
-        if _generator(whole) == generator
+        if generator_of(whole) == generator
         for kind, part in whole.groupby(column, sort=False)
     ]
     for robot in dict.fromkeys(names["robot"] for names, _, _ in parts):
@@ -229,18 +229,19 @@ def _by(
 
 def _rates(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Interval]:
     """The rates by which solvers are ranked in a suite."""
-    generator, solved = _generator(rows), _solved(rows, config)
+    generator, solved = generator_of(rows), solved_poses(rows, config)
     if generator == UNREACHABLE:
         return {"true no": _interval(~rows.found.to_numpy(dtype=bool), config)}
     if generator == TRACKING:
-        return {"followed": _interval(_follows(rows, config), config)}
+        return {"followed": _interval(followed_trajectories(rows, config), config)}
     rates = {"success": _interval(solved, config)}
     if (quick := _quick(rows)) is not None:
         rates[QUICK] = _interval(solved & quick, config)
     return rates
 
 
-def _generator(rows: pd.DataFrame) -> str:
+def generator_of(rows: pd.DataFrame) -> str:
+    """Return what is in the suite that rows answer, see `pipeline.suites.generators`."""
     return str(rows.suite_generator.iloc[0])
 
 
@@ -257,7 +258,7 @@ def _quick(rows: pd.DataFrame) -> Flags | None:
 
 
 def _success(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
-    solved, quick = _solved(rows, config), _quick(rows)
+    solved, quick = solved_poses(rows, config), _quick(rows)
     sooner = {} if quick is None else _counts(solved & quick, config, "quick")
     nothing = dict.fromkeys(("quick_share", "quick_low", "quick_high"))
     return {**_counts(solved, config), **nothing, **sooner, **_errors(rows[~solved])}
@@ -271,7 +272,7 @@ def _true_no(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
 def _followed(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
     timeless = bool(rows.time_per_pose_us.isna().any())
     late = rows.time_per_pose_us.to_numpy() > US_PER_S / rows.rate_hz.to_numpy()
-    solved, followed = _solved(rows, config), _follows(rows, config)
+    solved, followed = solved_poses(rows, config), followed_trajectories(rows, config)
     last = rows.groupby(["trajectory", "rate_hz"]).step.idxmax()
     return {
         **_counts(followed, config),
@@ -284,14 +285,14 @@ def _followed(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
     }
 
 
-def _follows(rows: pd.DataFrame, config: ReportConfig) -> Flags:
+def followed_trajectories(rows: pd.DataFrame, config: ReportConfig) -> Flags:
     """Which trajectories have every waypoint solved and no jump, one flag a trajectory and rate."""
-    good = _solved(rows, config) & ~(rows.joint_step > JUMP).to_numpy()
+    good = solved_poses(rows, config) & ~(rows.joint_step > JUMP).to_numpy()
     key = [rows.trajectory.to_numpy(), rows.rate_hz.to_numpy()]
     return np.asarray(pd.Series(good).groupby(key).all().to_numpy(dtype=bool))
 
 
-def _solved(rows: pd.DataFrame, config: ReportConfig) -> Flags:
+def solved_poses(rows: pd.DataFrame, config: ReportConfig) -> Flags:
     """(N,) which poses count as reached, as in every other table."""
     counted = apply_not_found(rows, config.not_found)
     return np.asarray(successes(counted, "geodesic", config.success.strict))
