@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from pipeline.commands.arguments import command_parser
@@ -15,9 +16,12 @@ from pipeline.leaderboard.line import line_of
 from pipeline.leaderboard.schema import FIELDS, WORD
 from pipeline.leaderboard.submission import SIDECAR, TIME, Submission, read_submission
 from pipeline.locations import results
+from pipeline.settings import Config
 from pipeline.stages.inputs import robot_of, suite_of
 from pipeline.stages.running import make_suite
+from pipeline.suites.generators import Suite
 from pipeline.suites.judging import COLUMNS
+from robots import Robot
 
 FOLDER = "leaderboard"  # below results/
 DESCRIPTION = """\
@@ -77,10 +81,26 @@ def add_file(path: Path, to: Destination, overrides: Sequence[str] = ()) -> tupl
         PipelineError: The file is not what is expected, or its board is of another suite.
     """
     sent = read_submission(path)
-    config = compose([*sent.overrides(), *overrides])
-    make_suite(config)
-    line, notes = line_of(sent, suite_of(config), robot_of(config), config.evaluate, config.report)
+    run = _run((*sent.overrides(), *overrides))
+    line, notes = line_of(sent, run.suite, run.robot, run.config.evaluate, run.config.report)
     return put(to.folder, to.machine or _machine_of(sent), line), notes
+
+
+@dataclass(frozen=True)
+class _Run:
+    """What files are answers to."""
+
+    config: Config
+    suite: Suite
+    robot: Robot
+
+
+@cache
+def _run(overrides: tuple[str, ...]) -> _Run:
+    """Make the suite of a run where there is none; files of many solvers share it."""
+    config = compose(overrides)
+    make_suite(config)
+    return _Run(config, suite_of(config), robot_of(config))
 
 
 def _add(words: Sequence[str], to: Destination) -> int:

@@ -20,6 +20,7 @@ from pipeline.reporting.provenance import configurations, provenance_lines
 from pipeline.reporting.results import VIDEOS, Results
 
 TEMPLATE = "report.html.jinja"
+LIMITS = Path(__file__).with_name("limits.html.jinja")  # what the numbers do not say
 TYPES = {".png": "image/png", ".gif": "image/gif", ".mp4": "video/mp4"}
 SHOWN_MEDIA = 12  # pictures and videos of one stage and robot; the rest is counted
 BYTES_PER_MB = 1e6

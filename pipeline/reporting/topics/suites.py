@@ -168,7 +168,7 @@ def leaders(rows: Rows, config: ReportConfig) -> Table:
     """The best and the second-best solver of each suite and robot, and whether they are apart."""
     ranked: dict[tuple[str, str, str], list[tuple[str, Interval]]] = {}
     for names, part in _each(rows):
-        for rate, interval in _rates(part, config).items():
+        for rate, interval in rates(part, config).items():
             key = (names["robot"], names["suite"], rate)
             ranked.setdefault(key, []).append((names["solver"], interval))
     found = []
@@ -227,17 +227,17 @@ def _by(
             yield from (part for part in mine if part[1] == kind)
 
 
-def _rates(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Interval]:
+def rates(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Interval]:
     """The rates by which solvers are ranked in a suite."""
     generator, solved = generator_of(rows), solved_poses(rows, config)
     if generator == UNREACHABLE:
         return {"true no": _interval(~rows.found.to_numpy(dtype=bool), config)}
     if generator == TRACKING:
         return {"followed": _interval(followed_trajectories(rows, config), config)}
-    rates = {"success": _interval(solved, config)}
+    found = {"success": _interval(solved, config)}
     if (quick := _quick(rows)) is not None:
-        rates[QUICK] = _interval(solved & quick, config)
-    return rates
+        found[QUICK] = _interval(solved & quick, config)
+    return found
 
 
 def generator_of(rows: pd.DataFrame) -> str:
