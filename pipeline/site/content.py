@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import yaml
@@ -29,6 +29,7 @@ from pipeline.site.studies import MANY, committed_table, pictures_beside
 
 THIS_RUN, PROJECT = "This run", "The project"
 PAPER = "paper"  # chapter of the report that the page of the paper takes in
+CLAIMS = ("id", "verdict", "claim", "reason", "where", "test", "rows")  # columns as shown
 FIGURES, MEDIA = "figures", "media"
 PAPER_TABLES = ("paper/tables/*.csv", "paper/table_one/*/table*.csv")
 
@@ -75,7 +76,7 @@ def paper_page(data: ReportData, closing: Closing, results: Path) -> Page:
     paths = [path for pattern in PAPER_TABLES for path in sorted(results.glob(pattern))]
     numbers, claims = closing.tables
     sections = [
-        Section("claims", "Every claim", [Sheet(claims)]),
+        Section("claims", "Every claim", [Sheet(_reordered(claims, CLAIMS))]),
         Section("numbers", "Every published number", [Sheet(numbers)]),
         Section("tables", "The paper's tables, this run", _sheets(data, chapter)),
         Section(
@@ -171,6 +172,13 @@ def _head(content: str) -> Iterator[str]:
         if not line.startswith("#"):
             return
         yield line
+
+
+def _reordered(table: Table, names: Sequence[str]) -> Table:
+    """A table with its columns in another order, what is looked for first."""
+    places = [[column.name for column in table.columns].index(name) for name in names]
+    rows = [[row[i] for i in places] for row in table.rows]
+    return replace(table, columns=[table.columns[i] for i in places], rows=rows)
 
 
 def _sheets(data: ReportData, chapter: Chapter) -> list[Item]:

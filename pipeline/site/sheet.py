@@ -11,7 +11,7 @@ from typing import Any
 from pipeline.presentation.columns import NOTHING, Cell, Column, absent
 from pipeline.presentation.table import Table
 
-LONG = 34  # characters beyond which a text may break
+LONG, PARAGRAPH = 34, 90  # characters beyond which a text may break, and takes more room
 CHOICES = range(2, 31)  # values of a column that can be chosen from
 MENUS = 4  # of a table at most
 FEW = 8  # rows below which there is nothing to look for
@@ -131,8 +131,9 @@ def _is_text(table: Table, i: int) -> bool:
 
 def _css(column: Column, i: int, table: Table, texts: Sequence[Sequence[str]]) -> str:
     kind = "n" if not _is_text(table, i) or _reads_as_number(i, texts) else "t"
-    if kind == "t" and any(len(row[i]) > LONG for row in texts):
-        kind += " long"
+    longest = max((len(row[i]) for row in texts), default=0)
+    if kind == "t" and longest > LONG:
+        kind += " long para" if longest > PARAGRAPH else " long"
     starts = i > 0 and column.group != table.columns[i - 1].group
     return f"{kind} start" if starts else kind
 

@@ -23,6 +23,7 @@ from pipeline.__main__ import main
 from pipeline.commands import COMMANDS
 from pipeline.commands.paper import OWN
 from pipeline.commands.protocols import NAME as PROTOCOLS
+from pipeline.commands.site import COMPARE, DIR
 from pipeline.commands.suites import NAME as SUITES
 from pipeline.config import compose, sweep
 from pipeline.locations import CONF_DIR
@@ -61,6 +62,7 @@ def test_a_command_of_the_pipeline_is_one_and_its_keys_compose(
         assert main([name, "--help"]) == 0
         assert capsys.readouterr().out
     its_own = {"paper": (*OWN,), "suites": (SUITES,), "protocols": (PROTOCOLS,)}
+    its_own["site"] = (DIR, COMPARE)
     own = its_own.get(name, ())
     keys = [
         item

@@ -66,6 +66,8 @@ def test_every_link_of_every_page_leads_somewhere(site: Path) -> None:
     assert {"index.html", "paper.html", "studies.html", "leaderboard.html"} <= set(pages)
     assert {"solvers.html", "suites.html", "protocols.html", "compare.html"} <= set(pages)
     for name, page in pages.items():
+        assert page.unbalanced == [], name
+        assert len(set(page.ids)) == len(page.ids), name
         for link in page.links:
             path, _, anchor = link.partition("#")
             target = pages.get(path or name)

@@ -63,7 +63,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory, boards: pd.DataFrame) -> Pa
     made = tmp_path_factory.mktemp("site")
     claim(made)
     pages = [
-        Page("index", "Start", "", [Section("odd", ODD, [Sheet(odd_table(), folded=True)])]),
+        Page("index", "Start", "", [Section("first", ODD, [Sheet(odd_table(), folded=True)])]),
         leaderboard_page(boards, report_config()),
         studies_page(ROOT / "results", made),
         Page("suites", "Suites", "", [Section("a", "", [Sheet(suite_table())])], "This run"),
