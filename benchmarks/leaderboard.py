@@ -1,7 +1,7 @@
 """Lines of the leaderboard of this machine: every suite, robot and solver, on one core, resumably.
 
     python benchmarks/leaderboard.py [--robots panda nico] [--solvers lm placo] [--machine NAME]
-        [--plan] [key=value ...]
+        [--folder FOLDER] [--plan] [key=value ...]
 
 Prints first how many minutes are to be expected, evaluates what has no rows yet (called again after
 a kill it goes on), judges all rows again and writes results/leaderboard/MACHINE/SUITE_ROBOT.csv. To
@@ -14,6 +14,7 @@ import argparse
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import baselines
 from pipeline.artifacts import Artifacts
 from pipeline.commands.leaderboard import FOLDER, Destination, add_file
 from pipeline.commands.suites import suites_of
@@ -24,6 +25,7 @@ from pipeline.settings import Config
 from pipeline.stages.forecast import rates
 from pipeline.stages.inputs import artifacts
 from pipeline.suites.config import TRACKING
+from robots import load_robot
 
 ROBOTS = ("nicol", "nico", "valkyrie", "panda", "fetch")
 SOLVERS = ("cycleik", "cycleik_refined", "lm", "lookup", "pinocchio", "placo", "trac_ik", "bio_ik")
@@ -38,6 +40,7 @@ def main() -> None:
     parser.add_argument("--robots", nargs="+", default=list(ROBOTS))
     parser.add_argument("--solvers", nargs="+", default=[*SOLVERS, *LIBRARIES])
     parser.add_argument("--machine", help="name of the folder; from processor and threads if none")
+    parser.add_argument("--folder", type=Path, help=f"of the boards; results/{FOLDER} if none")
     parser.add_argument("--plan", action="store_true", help="print what it will take, no more")
     options, overrides = parser.parse_known_args()
     config = compose(overrides)
@@ -46,11 +49,11 @@ def main() -> None:
     print(f"expected: {minutes:.0f} min of one core, {per_robot:.0f} a robot, without what is kept")
     if options.plan:
         return
-    to = Destination(results() / FOLDER, options.machine)
-    chosen = f"evaluate.solvers=[{','.join(options.solvers)}]"
+    to = Destination(options.folder or results() / FOLDER, options.machine)
     for robot in options.robots:
-        suites_of([f"robot={robot}", chosen, *overrides])
-        for path in rows_of(artifacts(config), robot, options.solvers, config):
+        able = solvers_of(robot, options.solvers)
+        suites_of([f"robot={robot}", f"evaluate.solvers=[{','.join(able)}]", *overrides])
+        for path in rows_of(artifacts(config), robot, able, config):
             board, notes = add_file(path, to, overrides)
             print(*notes, f"{path.name} -> {board}", sep="\n", flush=True)
 
@@ -64,6 +67,15 @@ def expected_minutes(config: Config, solvers: int) -> float:
     poses = config.suite.poses * sum(name != TRACKING for name in names)
     poses += config.suite.trajectories * WAYPOINTS
     return (poses * solvers * a_pose + len(names) * OVERHEAD_S) / 60
+
+
+def solvers_of(robot: str, names: Sequence[str]) -> list[str]:
+    """Return the solvers that can run here for a robot; the others are named with the reason."""
+    reasons = {name: baselines.skip(name, load_robot(robot)) for name in names}
+    for name, reason in reasons.items():
+        if reason:
+            print(f"{robot} goes on without {name}: {reason}")
+    return [name for name, reason in reasons.items() if reason is None]
 
 
 def rows_of(

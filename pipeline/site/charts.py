@@ -172,11 +172,13 @@ def _axes(x: Axis, y: Axis) -> list[str]:
     for tick in x.ticks():
         at = _x(tick, x)
         parts.append(f'<line class="grid" x1="{at:.1f}" x2="{at:.1f}" y1="{TOP}" y2="{bottom}"/>')
-        parts.append(f'<text x="{at:.1f}" y="{bottom + 19}" text-anchor="middle">{tick:g}</text>')
+        parts.append(
+            f'<text x="{at:.1f}" y="{bottom + 19}" text-anchor="middle">{tick:,.10g}</text>'
+        )
     for tick in y.ticks():
         at = _y(tick, y)
         parts.append(f'<line class="grid" x1="{LEFT}" x2="{right}" y1="{at:.1f}" y2="{at:.1f}"/>')
-        parts.append(f'<text x="{LEFT - 9}" y="{at + 4:.1f}" text-anchor="end">{tick:g}</text>')
+        parts.append(f'<text x="{LEFT - 9}" y="{at + 4:.1f}" text-anchor="end">{tick:,.10g}</text>')
     middle = (LEFT + right) / 2
     parts.append(f'<text class="axis" x="{middle}" y="{HEIGHT - 8}" text-anchor="middle">')
     parts.append(f"{escape(x.title)}</text>")

@@ -192,7 +192,8 @@ def _figures(data: ReportData, chapter: Chapter, folder: Path) -> Iterator[Pictu
     for figure in draw_figures(data, chapter.topics, folder / FIGURES):
         source = f"{FIGURES}/{figure.path.name}"
         further = f"{FIGURES}/{figure.path.with_suffix('.pdf').name}"
-        yield Picture(figure.name, figure.caption, source, further=further)
+        name = f"figure-{figure.name}"  # a table may have the same
+        yield Picture(name, figure.caption, source, further=further)
 
 
 def _shown(paths: Sequence[Path], folder: Path) -> Iterator[Picture]:

@@ -163,7 +163,7 @@ def test_marks_of_a_figure_say_what_they_are(site: Path, browser: Any) -> None:
     assert [charts.nth(i).is_visible() for i in range(charts.count())] == [True, False]
     page.locator("form.show select").select_option(label="Panda")
     assert [charts.nth(i).is_visible() for i in range(charts.count())] == [False, True]
-    page.locator(".chart:not([hidden]) .mark").first.hover()
+    page.locator(".chart:not([hidden]) .mark circle").first.hover()
     assert "µs a call" in page.locator("#tip").inner_text()
 
 
