@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment
 from markupsafe import Markup, escape
 
 from pipeline.artifacts import exclusive
 from pipeline.data.files import write_text
+from pipeline.presentation.templates import environment
 from pipeline.site.files import remove_others
 from pipeline.site.parts import Page, Picture, Sheet
 from pipeline.site.sheet import view_of
@@ -86,15 +87,9 @@ def inline(text: str) -> Markup:
 
 
 def _environment() -> Environment:
-    environment = Environment(
-        loader=FileSystemLoader(HERE),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["inline"] = inline
-    return environment
+    made = environment(HERE)
+    made.filters["inline"] = inline
+    return made
 
 
 def _shown(site: Site, page: Page) -> dict[str, Any]:
