@@ -64,7 +64,7 @@ def expected_minutes(config: Config, solvers: int) -> float:
     evaluate = table[(table.stage == "evaluate") & (table.what == "")]
     a_pose = float(evaluate.core_seconds.iloc[0])
     names = group_choices("suite")
-    poses = config.suite.poses * sum(name != TRACKING for name in names)
+    poses: float = config.suite.poses * sum(name != TRACKING for name in names)
     poses += config.suite.trajectories * WAYPOINTS
     return (poses * solvers * a_pose + len(names) * OVERHEAD_S) / 60
 

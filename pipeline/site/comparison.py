@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -70,11 +70,11 @@ def measures(data: ReportData, config: ReportConfig) -> Iterator[dict[str, Any]]
     for (robot, suite, solver), rows in data.results.suites.items():
         for what, rate in suites.rates(rows, config).items():
             key = dict(zip(KEYS, (f"suite {plain(suite)}", robot, solver, what), strict=True))
-            ends = {"value": rate.estimate, "low": rate.low, "high": rate.high}
-            yield {**key, "what": f"{what} [%]", **{end: 100 * x for end, x in ends.items()}}
+            both = {"value": rate.estimate, "low": rate.low, "high": rate.high}
+            yield {**key, "what": f"{what} [%]", **{end: 100 * x for end, x in both.items()}}
 
 
-def verdict(line: dict[str, Any]) -> str:
+def verdict(line: Mapping[Any, Any]) -> str:
     """Say whether two numbers differ beyond their intervals."""
     if np.isnan(line["value_a"]) or np.isnan(line["value_b"]):
         return "only in one"

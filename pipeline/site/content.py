@@ -120,7 +120,7 @@ def studies_page(results: Path, folder: Path) -> Page:
         group = "study" if path.parent == root else path.parent.name
         table = committed_table(path, group)
         mine = pictures.get(path.stem, []) if path.parent == root else []
-        items = [Sheet(table, folded=len(table.rows) > MANY), *_shown(mine, folder)]
+        items: list[Item] = [Sheet(table, folded=len(table.rows) > MANY), *_shown(mine, folder)]
         place = path.stem if path.parent == root else f"{path.parent.name}: {path.stem}"
         sections.append(Section(f"{table.name}-study", plain(place).capitalize(), items))
     others = list(_shown(pictures.get("", []), folder))

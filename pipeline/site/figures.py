@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Mapping
+from typing import Any
 
 import pandas as pd
 from markupsafe import Markup
@@ -65,7 +66,8 @@ def board_charts(lines: pd.DataFrame) -> Iterator[Chart]:
     """
     timed = lines[lines.time_geometric_us.notna()] if len(lines) else lines
     groups = timed.groupby(["machine", "robot", "suite"], sort=False) if len(timed) else ()
-    for (machine, robot, suite), board in groups:
+    for named, board in groups:
+        machine, robot, suite = map(str, named)
         choice = f"{robot_title(robot)}, {plain(suite)}, {machine}"
         key = slug(f"{machine}-{robot}-{suite}")
         yield Chart(
@@ -89,18 +91,7 @@ def board_charts(lines: pd.DataFrame) -> Iterator[Chart]:
 
 
 def _scatter(lines: pd.DataFrame, title: str, time: str) -> Markup:
-    marks = [
-        Mark(
-            solver_title(line.solver),
-            line.time_geometric_us,
-            max(line.position_median_mm, LEAST_MM),
-            f"{solver_title(line.solver)}: {significant(line.position_median_mm, 3)} mm, "
-            f"{significant(line.time_geometric_us, 3)} µs a call",
-            is_neural(line.solver),
-            bool(line.front),
-        )
-        for line in lines.itertuples()
-    ]
+    marks = [_mark(line) for line in lines.to_dict("records")]
     return scatter(
         marks,
         decades(time, [mark.x for mark in marks]),
@@ -109,9 +100,18 @@ def _scatter(lines: pd.DataFrame, title: str, time: str) -> Markup:
     )
 
 
+def _mark(line: Mapping[Hashable, Any]) -> Mark:
+    """A solver of a board or of an evaluation as a point."""
+    name, error, time = line["solver"], line["position_median_mm"], line["time_geometric_us"]
+    said = f"{significant(error, 3)} mm, {significant(time, 3)} µs a call"
+    title = solver_title(name)
+    place = (time, max(error, LEAST_MM))
+    return Mark(title, *place, f"{title}: {said}", is_neural(name), bool(line["front"]))
+
+
 def _profile(board: pd.DataFrame, title: str) -> Markup:
-    names = [name for name in board if WITHIN.fullmatch(str(name))]
-    limits = [float(WITHIN.fullmatch(name)[1]) for name in names]
+    names = [str(name) for name in board if WITHIN.fullmatch(str(name))]
+    limits = [float(name.removeprefix("within_").removesuffix("us")) for name in names]
     lines = [
         Curve(
             solver_title(line["solver"]),
@@ -125,7 +125,7 @@ def _profile(board: pd.DataFrame, title: str) -> Markup:
     return curves(lines, x, Axis("share of poses solved", 0.0, 1.0, log=False), title)
 
 
-def _half(line: dict[str, float], names: list[str], limits: list[float]) -> str:
+def _half(line: Mapping[Hashable, Any], names: list[str], limits: list[float]) -> str:
     """What the pointer shows of a curve: where it ends, and where half of the poses are solved."""
     said = f"{line[names[-1]] / line['poses']:.1%} in the end"
     half = next(
