@@ -39,6 +39,8 @@ BOXES = {
     "tuning": "hyperparameter search",
     "presentation": "tables and figures",
     "reporting": "report.html, claims",
+    "leaderboard": "committed lines, ranks",
+    "site": "pages that open from disk",
     "solvers": "which network a solver takes",
     "configuration": "conf/ composed and checked",
     "Python API": "load_solver, evaluate",

@@ -72,6 +72,14 @@ LOOKING = {
         "judge.judge_file",
         "score answers that another solver gave to a suite: judge FILE suite=warm robot=panda",
     ),
+    "leaderboard": Command(
+        "leaderboard.leaderboard",
+        "judge files of answers to suites and write their lines: leaderboard add FILE",
+    ),
+    "site": Command(
+        "site.site",
+        "report, paper, studies and leaderboard as pages that open from disk: site profile=quick",
+    ),
     "doctor": Command("look.doctor", "versions, threads, accelerator, and what is missing"),
     "paths": Command("look.paths", "where the tables, figures and the report are"),
     "table": Command(

@@ -38,7 +38,6 @@ def claims(arguments: list[str]) -> int:
         renew_block(root / "README.md", "claims", in_short(*closing_rows(root / "results")))
         return 0
     for table in closing_tables(root / "results"):
-        table.origin = Origin(COMMAND, **signature(NO_PROFILE), processor=NONE, seeds=NONE)
         print(table.to_markdown())
         for path in table.write(folder) if folder else ():
             print(path, file=sys.stderr)
@@ -47,8 +46,15 @@ def claims(arguments: list[str]) -> int:
 
 def closing_tables(results: Path) -> tuple[Table, Table]:
     """Make the tables of every published number and of every claim, see `closing_rows`."""
-    numbers, claims = closing_rows(results)
-    return numbers_table(numbers), claims_table(claims)
+    return closing_tables_of(*closing_rows(results))
+
+
+def closing_tables_of(numbers: list[Line], claims: list[Claim]) -> tuple[Table, Table]:
+    """Make the same tables of rows that were made before."""
+    made = numbers_table(numbers), claims_table(claims)
+    for table in made:
+        table.origin = Origin(COMMAND, **signature(NO_PROFILE), processor=NONE, seeds=NONE)
+    return made
 
 
 def closing_rows(results: Path) -> tuple[list[Line], list[Claim]]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from omegaconf import MISSING
 
-from pipeline.checks import at_least, one_of, positive, within
+from pipeline.checks import at_least, one_of, positive, positive_all, within
 from pipeline.evaluation.config import NOT_FOUND_POLICIES, Tolerance
 
 
@@ -25,6 +25,21 @@ def tolerance_title(tolerance: Tolerance) -> str:
 
 
 @dataclass
+class LeaderboardConfig:
+    """What a line of the leaderboard says of times."""
+
+    shift_us: float = MISSING
+    within_us: list[float] = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse a shift that is none, and limits that do not rise."""
+        positive("report.leaderboard.shift_us", self.shift_us)
+        positive_all("report.leaderboard.within_us", self.within_us)
+        if not isinstance(self.within_us, str) and sorted(set(self.within_us)) != self.within_us:
+            raise ValueError(f"report.leaderboard.within_us must rise, got {self.within_us}")
+
+
+@dataclass
 class ReportConfig:
     """Tables, figures and report.html."""
 
@@ -36,6 +51,7 @@ class ReportConfig:
     seed: int = MISSING
     dpi: int = MISSING
     embed_mb: float = MISSING
+    leaderboard: LeaderboardConfig = field(default_factory=LeaderboardConfig)
 
     def __post_init__(self) -> None:
         """Refuse policies, confidences and counts that cannot be."""

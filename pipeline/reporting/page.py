@@ -8,18 +8,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from PIL import Image
 
 from pipeline.presentation.columns import NOTHING
 from pipeline.presentation.naming import ordered_robots, robot_title, solver_title
 from pipeline.presentation.table import Table
+from pipeline.presentation.templates import environment
 from pipeline.reporting.chapters import Chapter
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.provenance import configurations, provenance_lines
 from pipeline.reporting.results import VIDEOS, Results
 
 TEMPLATE = "report.html.jinja"
+LIMITS = Path(__file__).with_name("limits.html.jinja")  # what the numbers do not say
 TYPES = {".png": "image/png", ".gif": "image/gif", ".mp4": "video/mp4"}
 SHOWN_MEDIA = 12  # pictures and videos of one stage and robot; the rest is counted
 BYTES_PER_MB = 1e6
@@ -55,23 +56,20 @@ def render(results: Results, config: ReportConfig, sections: Sequence[Section]) 
     """
     budget = _Budget(config.embed_mb * BYTES_PER_MB)
     shown = [_section(section, results, config, budget) for section in sections]
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template(TEMPLATE).render(
-        title=config.title,
-        profile=results.folder.name,
-        robots=[robot_title(name) for name in ordered_robots(results.robots)],
-        headlines=_headlines([table for section in sections for table in section.tables]),
-        sections=[s for s in shown if s["tables"] or s["figures"] or s["media"]],
-        notes=results.notes,
-        provenance=provenance_lines(results),
-        details=configurations(results),
-        fold_above=FOLD_ABOVE,
+    return (
+        environment(Path(__file__).parent)
+        .get_template(TEMPLATE)
+        .render(
+            title=config.title,
+            profile=results.folder.name,
+            robots=[robot_title(name) for name in ordered_robots(results.robots)],
+            headlines=_headlines([table for section in sections for table in section.tables]),
+            sections=[s for s in shown if s["tables"] or s["figures"] or s["media"]],
+            notes=results.notes,
+            provenance=provenance_lines(results),
+            details=configurations(results),
+            fold_above=FOLD_ABOVE,
+        )
     )
 
 

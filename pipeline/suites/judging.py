@@ -72,7 +72,33 @@ def judge(
         SuiteError: The file cannot be read, lacks columns, answers another suite, or has poses that
             the suite has not.
     """
-    answers = _read(path, suite, robot)
+    return judge_answers(read_answers(path), path, name, suite, robot, config, seed)
+
+
+def judge_answers(
+    answers: pd.DataFrame,
+    path: Path,
+    name: str,
+    suite: Suite,
+    robot: Robot,
+    config: EvaluateConfig,
+    seed: int,
+) -> Judged:
+    """Judge answers that were read before, see `judge`.
+
+    Args:
+        answers: With the columns of `COLUMNS`; others are left alone.
+        path: Of the file that they came from, for messages.
+        name: How the solver is called in the rows.
+        suite: That was answered.
+        robot: The robot.
+        config: Tolerance of a claim, slack of a limit.
+        seed: Root seed of the suite.
+
+    Raises:
+        SuiteError: As `judge`.
+    """
+    answers = _checked(answers, path, suite, robot)
     count = len(suite.problems)
     joints = np.tile(robot.home, (count, 1))
     found = np.zeros(count, dtype=bool)
@@ -97,16 +123,25 @@ def judge(
     return Judged(with_problems(rows, suite, robot), _notes(rows, path))
 
 
-def _read(path: Path, suite: Suite, robot: Robot) -> pd.DataFrame:
+def read_answers(path: Path) -> pd.DataFrame:
+    """Read a file of answers as it is.
+
+    Raises:
+        SuiteError: There is no such file, or it is no Parquet.
+    """
     if path.is_dir():
         raise SuiteError(f"{path} is a folder; name the Parquet file of answers in it")
     try:
-        frame = pq.read_table(path).to_pandas()
+        return pq.read_table(path).to_pandas()
     except FileNotFoundError as error:
         raise SuiteError(f"there is no {path}") from error
     except (pa.ArrowException, OSError, ValueError, KeyError) as error:
         why = " ".join(str(error).split()) or type(error).__name__
         raise SuiteError(f"{path} is not a readable Parquet file ({why})") from error
+
+
+def _checked(frame: pd.DataFrame, path: Path, suite: Suite, robot: Robot) -> pd.DataFrame:
+    """The answers, with ``found`` where it was left out, if they are to this suite."""
     wanted = ["pose", "suite_checksum", *joint_columns(robot)]
     _check_columns(path, [str(name) for name in frame], wanted, robot)
     checksums = sorted({str(value) for value in frame.suite_checksum})
@@ -118,7 +153,7 @@ def _read(path: Path, suite: Suite, robot: Robot) -> pd.DataFrame:
             "profile and seed"
         )
     if "found" not in frame:
-        frame["found"] = True
+        frame = frame.assign(found=True)
     _check_values(path, frame, wanted, len(suite.problems))
     return frame
 

@@ -24,6 +24,7 @@ from pipeline.commands import COMMANDS
 from pipeline.commands.export import KEYS as EXPORT_KEYS
 from pipeline.commands.paper import OWN
 from pipeline.commands.protocols import NAME as PROTOCOLS
+from pipeline.commands.site import COMPARE, DIR
 from pipeline.commands.suites import NAME as SUITES
 from pipeline.config import compose, sweep
 from pipeline.locations import CONF_DIR
@@ -71,6 +72,7 @@ def test_a_command_of_the_pipeline_is_one_and_its_keys_compose(
         "paper": (*OWN,),
         "suites": (SUITES,),
         "protocols": (PROTOCOLS,),
+        "site": (DIR, COMPARE),
     }
     own = its_own.get(name, ())
     keys = [

@@ -129,7 +129,7 @@ def suites(rows: Rows, config: ReportConfig) -> Table:
         [
             {**names, **_success(part, config), **_times(part)}
             for names, part in _each(rows)
-            if _generator(part) not in (UNREACHABLE, TRACKING, PARTIAL)
+            if generator_of(part) not in (UNREACHABLE, TRACKING, PARTIAL)
         ],
         SUITES,
         name="suites",
@@ -197,7 +197,7 @@ def leaders(rows: Rows, config: ReportConfig) -> Table:
     """The best and the second-best solver of each suite and robot, and whether they are apart."""
     ranked: dict[tuple[str, str, str], list[tuple[str, Interval]]] = {}
     for names, part in _each(rows):
-        for rate, interval in _rates(part, config).items():
+        for rate, interval in rates(part, config).items():
             key = (names["robot"], names["suite"], rate)
             ranked.setdefault(key, []).append((names["solver"], interval))
     found = []
@@ -247,7 +247,7 @@ def _by(
     parts = [
         (names, kind, part)
         for names, whole in _each(rows)
-        if _generator(whole) == generator
+        if generator_of(whole) == generator
         for kind, part in whole.groupby(column, sort=False)
     ]
     for robot in dict.fromkeys(names["robot"] for names, _, _ in parts):
@@ -256,20 +256,21 @@ def _by(
             yield from (part for part in mine if part[1] == kind)
 
 
-def _rates(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Interval]:
+def rates(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Interval]:
     """The rates by which solvers are ranked in a suite."""
-    generator, solved = _generator(rows), _solved(rows, config)
+    generator, solved = generator_of(rows), solved_poses(rows, config)
     if generator == UNREACHABLE:
         return {"true no": _interval(~rows.found.to_numpy(dtype=bool), config)}
     if generator == TRACKING:
-        return {"followed": _interval(_follows(rows, config), config)}
-    rates = {"success": _interval(solved, config)}
+        return {"followed": _interval(followed_trajectories(rows, config), config)}
+    found = {"success": _interval(solved, config)}
     if (quick := _quick(rows)) is not None:
-        rates[QUICK] = _interval(solved & quick, config)
-    return rates
+        found[QUICK] = _interval(solved & quick, config)
+    return found
 
 
-def _generator(rows: pd.DataFrame) -> str:
+def generator_of(rows: pd.DataFrame) -> str:
+    """Return what is in the suite that rows answer, see `pipeline.suites.generators`."""
     return str(rows.suite_generator.iloc[0])
 
 
@@ -286,7 +287,7 @@ def _quick(rows: pd.DataFrame) -> Flags | None:
 
 
 def _success(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
-    solved, quick = _solved(rows, config), _quick(rows)
+    solved, quick = solved_poses(rows, config), _quick(rows)
     sooner = {} if quick is None else _counts(solved & quick, config, "quick")
     nothing = dict.fromkeys(("quick_share", "quick_low", "quick_high"))
     return {**_counts(solved, config), **nothing, **sooner, **_errors(rows[~solved])}
@@ -307,7 +308,7 @@ def _asked(rows: pd.DataFrame) -> dict[str, str | None]:
 def _followed(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
     timeless = bool(rows.time_per_pose_us.isna().any())
     late = rows.time_per_pose_us.to_numpy() > US_PER_S / rows.rate_hz.to_numpy()
-    solved, followed = _solved(rows, config), _follows(rows, config)
+    solved, followed = solved_poses(rows, config), followed_trajectories(rows, config)
     last = rows.groupby(["trajectory", "rate_hz"]).step.idxmax()
     return {
         **_counts(followed, config),
@@ -320,14 +321,14 @@ def _followed(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
     }
 
 
-def _follows(rows: pd.DataFrame, config: ReportConfig) -> Flags:
+def followed_trajectories(rows: pd.DataFrame, config: ReportConfig) -> Flags:
     """Which trajectories have every waypoint solved and no jump, one flag a trajectory and rate."""
-    good = _solved(rows, config) & ~(rows.joint_step > JUMP).to_numpy()
+    good = solved_poses(rows, config) & ~(rows.joint_step > JUMP).to_numpy()
     key = [rows.trajectory.to_numpy(), rows.rate_hz.to_numpy()]
     return np.asarray(pd.Series(good).groupby(key).all().to_numpy(dtype=bool))
 
 
-def _solved(rows: pd.DataFrame, config: ReportConfig) -> Flags:
+def solved_poses(rows: pd.DataFrame, config: ReportConfig) -> Flags:
     """(N,) which poses count as reached, as in every other table."""
     counted = apply_not_found(rows, config.not_found)
     return np.asarray(successes(counted, "geodesic", config.success.strict))

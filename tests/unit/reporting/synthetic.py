@@ -8,7 +8,7 @@ import pandas as pd
 from pipeline.data.files import write_json, write_sealed_yaml
 from pipeline.data.tables import write_table
 from pipeline.evaluation.config import Tolerance
-from pipeline.reporting.config import ReportConfig, SuccessConfig
+from pipeline.reporting.config import LeaderboardConfig, ReportConfig, SuccessConfig
 
 # Median error [mm], spread, share unsolved, time [us], iterations: plausible, not real.
 SOLVERS = {
@@ -34,6 +34,7 @@ def report_config(**changes):
         "seed": 0,
         "dpi": 100,
         "embed_mb": 5.0,
+        "leaderboard": LeaderboardConfig(shift_us=10.0, within_us=[10.0, 100.0, 1000.0]),
     }
     return ReportConfig(**{**values, **changes})
 

@@ -1,0 +1,94 @@
+"""Lines of the leaderboard of this machine: every suite, robot and solver, on one core, resumably.
+
+    python benchmarks/leaderboard.py [--robots panda nico] [--solvers lm placo] [--machine NAME]
+        [--folder FOLDER] [--plan] [key=value ...]
+
+Prints first how many minutes are to be expected, evaluates what has no rows yet (called again after
+a kill it goes on), judges all rows again and writes results/leaderboard/MACHINE/SUITE_ROBOT.csv. To
+be run on a quiet machine; with --plan it prints the expectation alone. Rows lie in results/PROFILE.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import baselines
+from pipeline.artifacts import Artifacts
+from pipeline.commands.leaderboard import FOLDER, Destination, add_file
+from pipeline.commands.suites import suites_of
+from pipeline.config import compose, group_choices
+from pipeline.evaluation.config import row_name
+from pipeline.locations import results
+from pipeline.settings import Config
+from pipeline.stages.forecast import rates
+from pipeline.stages.inputs import artifacts
+from pipeline.suites.config import TRACKING
+from robots import load_robot
+
+ROBOTS = ("nicol", "nico", "valkyrie", "panda", "fetch")
+SOLVERS = ("cycleik", "cycleik_refined", "lm", "lookup", "pinocchio", "placo", "trac_ik", "bio_ik")
+LIBRARIES = ("optik", "pink", "mink", "frankik")  # of the extra `solvers`, where they are installed
+WAYPOINTS = 1530.0  # of a trajectory, both rates together: 9,194 of six of NICO
+OVERHEAD_S = 12.0  # of a suite of a robot: imports, kernels from the cache, generating the poses
+
+
+def main() -> None:
+    """Run what is missing, then write the lines."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--robots", nargs="+", default=list(ROBOTS))
+    parser.add_argument("--solvers", nargs="+", default=[*SOLVERS, *LIBRARIES])
+    parser.add_argument("--machine", help="name of the folder; from processor and threads if none")
+    parser.add_argument("--folder", type=Path, help=f"of the boards; results/{FOLDER} if none")
+    parser.add_argument("--plan", action="store_true", help="print what it will take, no more")
+    options, overrides = parser.parse_known_args()
+    config = compose(overrides)
+    per_robot = expected_minutes(config, len(options.solvers))
+    minutes = per_robot * len(options.robots)
+    print(f"expected: {minutes:.0f} min of one core, {per_robot:.0f} a robot, without what is kept")
+    if options.plan:
+        return
+    to = Destination(options.folder or results() / FOLDER, options.machine)
+    for robot in options.robots:
+        able = solvers_of(robot, options.solvers)
+        suites_of([f"robot={robot}", f"evaluate.solvers=[{','.join(able)}]", *overrides])
+        for path in rows_of(artifacts(config), robot, able, config):
+            board, notes = add_file(path, to, overrides)
+            print(*notes, f"{path.name} -> {board}", sep="\n", flush=True)
+
+
+def expected_minutes(config: Config, solvers: int) -> float:
+    """Return the minutes of one core that all suites of a robot are expected to take."""
+    table = rates()
+    evaluate = table[(table.stage == "evaluate") & (table.what == "")]
+    a_pose = float(evaluate.core_seconds.iloc[0])
+    names = group_choices("suite")
+    poses: float = config.suite.poses * sum(name != TRACKING for name in names)
+    poses += config.suite.trajectories * WAYPOINTS
+    return (poses * solvers * a_pose + len(names) * OVERHEAD_S) / 60
+
+
+def solvers_of(robot: str, names: Sequence[str]) -> list[str]:
+    """Return the solvers that can run here for a robot; the others are named with the reason."""
+    reasons = {name: baselines.skip(name, load_robot(robot)) for name in names}
+    for name, reason in reasons.items():
+        if reason:
+            print(f"{robot} goes on without {name}: {reason}")
+    return [name for name, reason in reasons.items() if reason is None]
+
+
+def rows_of(
+    folders: Artifacts, robot: str, solvers: Sequence[str], config: Config
+) -> Iterator[Path]:
+    """Yield the files of rows of a robot that there are."""
+    for suite in group_choices("suite"):
+        for solver in solvers:
+            label = row_name(solver, config.evaluate.pinned)
+            path = folders.evaluate_suite(robot, suite, label)
+            if path.exists():
+                yield path
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""The leaderboard: committed lines of solvers on suites of hard poses, judged again."""

@@ -1,0 +1,153 @@
+"""From a file that was sent to its line: every answer is judged again, errors are not believed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pipeline.data.dataset import joint_columns
+from pipeline.data.files import sha256
+from pipeline.leaderboard.schema import FIELDS, within_name
+from pipeline.leaderboard.submission import Submission, times_us
+from pipeline.reporting.topics.suites import followed_trajectories, generator_of, solved_poses
+from pipeline.suites.config import TRACKING, UNREACHABLE
+from pipeline.suites.judging import judge_answers
+
+if TYPE_CHECKING:
+    from pipeline.evaluation.config import EvaluateConfig
+    from pipeline.reporting.config import LeaderboardConfig, ReportConfig
+    from pipeline.suites.generators import Suite
+    from robots import Robot
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+CRITERIA = {UNREACHABLE: "true no", TRACKING: "followed"}  # of generators; of others:
+SOLVED = "solved"
+ERRORS = {"position": ("position_error_mm", "mm"), "rotation": ("rotation_error_deg", "deg")}
+
+
+def line_of(
+    sent: Submission, suite: Suite, robot: Robot, evaluate: EvaluateConfig, report: ReportConfig
+) -> tuple[dict[str, Any], list[str]]:
+    """Judge what was sent and sum it up.
+
+    Args:
+        sent: The file.
+        suite: That it answers.
+        robot: The robot.
+        evaluate: Tolerance of a claim, slack of a limit.
+        report: What solved means, and what is said of times.
+
+    Returns:
+        Values by the columns of `FIELDS` and of the success profile; what is wrong with answers.
+
+    Raises:
+        SuiteError: It answers another suite, or not in the way that `judge` reads.
+    """
+    name, seed = str(sent.facts["solver"]), int(sent.facts["seed"])
+    judged = judge_answers(sent.answers, sent.path, name, suite, robot, evaluate, seed)
+    rows = _as_answered(judged.rows, sent.answers)
+    times = times_us(sent.answers, len(rows), sent.path)
+    good = _good_poses(rows, report)
+    tolerance = report.success.strict
+    values = {
+        **{key: value for key, value in sent.facts.items() if key in FIELDS},
+        "suite_version": suite.version,
+        "suite_checksum": suite.checksum,
+        "batch_size": sent.facts.get("batch_size", 1),
+        "timed_by": sent.timed_by,
+        "answers_sha256": sha256(sent.path),
+        "position_mm": tolerance.position_mm,
+        "rotation_deg": tolerance.rotation_deg,
+        **_counts(rows, good, report),
+        **_errors(rows),
+        "self_colliding": _self_colliding(rows[good], robot),
+        **_times(times, good, report.leaderboard),
+    }
+    order = [*FIELDS, *(key for key in values if key.startswith("within_"))]
+    return {key: values[key] for key in order}, judged.notes
+
+
+def shifted_geometric_mean(values: Array, shift: float) -> float:
+    """Return exp(mean(ln(x + s))) - s, which neither the slowest calls nor the fastest rule.
+
+    Achterberg (2007), "Constraint Integer Programming", section A.3.
+
+    Args:
+        values: (N,) not negative.
+        shift: s, in the unit of the values.
+    """
+    return float(np.exp(np.mean(np.log(values + shift))) - shift)
+
+
+def _as_answered(rows: pd.DataFrame, answers: pd.DataFrame) -> pd.DataFrame:
+    """Rows whose answers count as this pipeline's evaluation said: some solvers claim nothing."""
+    if "answered" not in answers:
+        return rows
+    flags = answers.set_index("pose").answered.reindex(rows.pose, fill_value=False)
+    return rows.assign(answered=flags.to_numpy(dtype=bool))
+
+
+def _good_poses(rows: pd.DataFrame, config: ReportConfig) -> Flags:
+    """(N,) which poses are solved; of poses that cannot be reached, which are denied."""
+    if generator_of(rows) == UNREACHABLE:
+        return ~rows.found.to_numpy(dtype=bool)
+    return solved_poses(rows, config)
+
+
+def _counts(rows: pd.DataFrame, good: Flags, config: ReportConfig) -> dict[str, Any]:
+    generator = generator_of(rows)
+    counted = followed_trajectories(rows, config) if generator == TRACKING else good
+    return {
+        "criterion": CRITERIA.get(generator, SOLVED),
+        "trials": len(counted),
+        "good": int(counted.sum()),
+        "poses": len(rows),
+        "good_poses": int(good.sum()),
+        "claimed_and_wrong": int(rows.claimed_and_wrong.sum()),
+        "outside_limits": int((~rows.within_limits).sum()),
+    }
+
+
+def _errors(rows: pd.DataFrame) -> dict[str, float]:
+    """Errors of the joints that came back, whatever is claimed of them."""
+    found = {}
+    for name, (column, unit) in ERRORS.items():
+        values = rows[column].to_numpy(dtype=float)
+        found[f"{name}_mean_{unit}"] = float(values.mean())
+        found[f"{name}_median_{unit}"] = float(np.median(values))
+        found[f"{name}_p99_{unit}"] = float(np.quantile(values, 0.99))
+    return found
+
+
+def _self_colliding(solved: pd.DataFrame, robot: Robot) -> int:
+    """How many solved poses are so with joints that let the robot touch itself."""
+    if solved.empty or generator_of(solved) == UNREACHABLE:
+        return 0
+    return int(robot.in_collision(solved[joint_columns(robot)].to_numpy(dtype=np.float64)).sum())
+
+
+def _times(times: Array | None, good: Flags, config: LeaderboardConfig) -> dict[str, Any]:
+    """Times of a call and how many poses are good within each of the limits; empty without."""
+    limits = [within_name(limit) for limit in config.within_us]
+    names = ("shift_us", "time_geometric_us", "time_median_us", "time_p99_us", *limits)
+    if times is None:
+        return dict.fromkeys(names, "")
+    counts = [int((good & (times <= limit)).sum()) for limit in config.within_us]
+    return dict(
+        zip(
+            names,
+            [
+                config.shift_us,
+                shifted_geometric_mean(times, config.shift_us),
+                float(np.median(times)),
+                float(np.quantile(times, 0.99)),
+                *counts,
+            ],
+            strict=True,
+        )
+    )

@@ -1,0 +1,1 @@
+"""Report, paper, studies and leaderboard as static pages that open from disk."""
