@@ -12,7 +12,14 @@ from pipeline.evaluation.config import row_name
 from pipeline.presentation.origin import Origin, origin_of
 from pipeline.progress import LOGGER
 from pipeline.reporting.config import ReportConfig
-from pipeline.reporting.topics.suites import Rows, leaders, suites, tracking, unreachable
+from pipeline.reporting.topics.suites import (
+    Rows,
+    cluttered,
+    leaders,
+    suites,
+    tracking,
+    unreachable,
+)
 from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts
 from pipeline.stages.running import run_stage
@@ -72,7 +79,7 @@ def tables(rows: Rows, config: ReportConfig, origin: Origin) -> list[str]:
         config: Success and confidence.
         origin: What made the rows.
     """
-    made = [make(rows, config) for make in (suites, unreachable, tracking, leaders)]
+    made = [make(rows, config) for make in (suites, unreachable, tracking, cluttered, leaders)]
     for table in made:
         table.origin = origin
     return [table.to_markdown() for table in made if table.rows]

@@ -13,7 +13,7 @@ from pipeline.commands.arguments import command_parser
 from pipeline.data.files import write_text
 from pipeline.engine.cores import usable_cores
 from pipeline.progress import bar
-from robots import load_robot
+from robots import Obstacles, load_robot
 from robots.compile_notice import stay_silent
 from robots.compiled_cache import source_digest
 
@@ -82,6 +82,14 @@ def _solver(name: str) -> None:
         load_solver(name, robot, threads=2).solve(many)
 
 
+def _avoid() -> None:
+    from pipeline.loading import load_solver
+
+    robot = load_robot(ROBOT)
+    poses = robot.forward_kinematics(robot.home[None])
+    load_solver("lm", robot).solve(poses, avoid=Obstacles())
+
+
 def _planner() -> None:
     from pipeline.loading import load_solver
     from pipeline.planning import plan_motion
@@ -93,6 +101,7 @@ def _planner() -> None:
 
 
 KERNELS = {
+    "avoid": _avoid,
     "planner": _planner,
     "cycleik_refined": lambda: _solver("cycleik_refined"),
     "robot": _robot,

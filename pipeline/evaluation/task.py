@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ from baselines import Budget, Solver
 from pipeline.evaluation.config import HOME, EvaluateConfig
 
 if TYPE_CHECKING:
-    from robots import Robot
+    from robots import Obstacles, Robot
 
 Array = NDArray[np.float64]
 
@@ -31,6 +32,8 @@ class EvaluationTask:
         seeder: Solver whose answers are the initial guesses instead, computed call by call.
         follows: (N,) poses whose initial guess is the answer to the pose before; None for none. All
             are solved one by one then.
+        avoid: Obstacles of each pose, N sets; solvers that know nothing of them solve without. None
+            for no question of collision.
         code: Digest of the code behind the rows; rows of other code are not reused.
     """
 
@@ -42,6 +45,7 @@ class EvaluationTask:
     initial: Array | None = None
     seeder: Solver | None = None
     follows: NDArray[np.bool_] | None = None
+    avoid: Sequence[Obstacles] | None = None
     code: str = ""
 
     @property
@@ -67,7 +71,15 @@ class EvaluationTask:
         if initial is not None and initial.ndim == 2:
             initial = initial[rows]
         follows = None if self.follows is None else self.follows[rows]
-        return replace(self, poses=self.poses[rows], initial=initial, follows=follows)
+        avoid = self.avoid
+        if avoid is not None:
+            avoid = [avoid[row] for row in np.arange(len(self.poses))[rows]]
+        return replace(self, poses=self.poses[rows], initial=initial, follows=follows, avoid=avoid)
+
+    @property
+    def asks_to_avoid(self) -> bool:
+        """Whether the solver is told what to avoid."""
+        return self.avoid is not None and self.solver.skip_avoiding() is None
 
     def seeded(self) -> EvaluationTask:
         """Return the same task with the seeder's answers as initial guesses."""

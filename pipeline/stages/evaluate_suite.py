@@ -13,7 +13,7 @@ from pipeline.stages import evaluate
 from pipeline.stages.evaluate import Job, each_solver, write_rows
 from pipeline.stages.inputs import artifacts, robot_of, suite_of
 from pipeline.stages.solvers import code_of, solver_of
-from pipeline.suites.rows import follows, initial, with_problems
+from pipeline.suites.rows import follows, initial, obstacles, with_problems
 
 if TYPE_CHECKING:
     from pipeline.settings import Config
@@ -53,6 +53,7 @@ def _one(job: Job) -> Path:
         label,
         initial=initial(suite.problems, robot),
         follows=follows(suite.problems),
+        avoid=obstacles(suite.problems),
         code=code_of(__name__, {"solver": [name]}, config),
     )
     facts = {
@@ -62,6 +63,7 @@ def _one(job: Job) -> Path:
     }
     path = artifacts(config).evaluate_suite(robot.name, suite.name, label)
     title = f"evaluate_suite-{robot.name}-{suite.name}-{label}"
+    asked = task.asks_to_avoid
     return write_rows(
-        task, config, path, title, facts, lambda rows: with_problems(rows, suite, robot)
+        task, config, path, title, facts, lambda rows: with_problems(rows, suite, robot, asked)
     )

@@ -10,9 +10,9 @@ from omegaconf import MISSING
 from pipeline.checks import at_least, one_of, positive, positive_all, within
 from pipeline.errors import ConfigError
 
-# Generators that are judged in their own way: by a true "no", and by whole trajectories, in which
-# the size of the second is counted as well.
-UNREACHABLE, TRACKING = "unreachable", "tracking"
+# Generators that are judged in their own way: by a true "no", by whole trajectories, in which the
+# size of the second is counted as well, and by what is free of collision.
+UNREACHABLE, TRACKING, CLUTTERED = "unreachable", "tracking", "cluttered"
 
 
 @dataclass
@@ -110,6 +110,30 @@ class TrackingConfig(ShareConfig):
         positive("suite.default_velocity", self.default_velocity)
 
 
+@dataclass
+class ClutteredConfig(SuiteConfig):
+    """Obstacles around a configuration that is known to be free."""
+
+    clearances_mm: list[float] = MISSING
+    asked: float = MISSING
+    obstacles: int = MISSING
+    blocking: int = MISSING
+    half_size_mm: list[float] = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse clearances that are none, and obstacles without a size."""
+        super().__post_init__()
+        positive_all("suite.clearances_mm", self.clearances_mm)
+        within("suite.asked", self.asked, 0.0, 1.0)
+        positive("suite.obstacles", self.obstacles)
+        within("suite.blocking", self.blocking, 0, self.obstacles)
+        positive_all("suite.half_size_mm", self.half_size_mm)
+        if len(self.half_size_mm) != 2 or self.half_size_mm[0] > self.half_size_mm[1]:
+            raise ConfigError(
+                f"suite.half_size_mm is [least, largest], not {list(self.half_size_mm)}"
+            )
+
+
 CLASSES: dict[str, type[SuiteConfig]] = {
     "uniform": SuiteConfig,
     "at_limits": AtLimitsConfig,
@@ -118,6 +142,7 @@ CLASSES: dict[str, type[SuiteConfig]] = {
     UNREACHABLE: UnreachableConfig,
     "warm": WarmConfig,
     TRACKING: TrackingConfig,
+    CLUTTERED: ClutteredConfig,
 }
 
 

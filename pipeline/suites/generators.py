@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from pipeline.data.tables import TableError, read_metadata, read_table, write_table
 from pipeline.seeding import derive_seed
 from pipeline.suites import postures
-from pipeline.suites.config import TRACKING, UNREACHABLE, SuiteConfig
+from pipeline.suites.cluttered import cluttered
+from pipeline.suites.config import CLUTTERED, TRACKING, UNREACHABLE, SuiteConfig
 from pipeline.suites.drawing import SuiteError
 from pipeline.suites.problems import Problems, checksum, from_frame, to_frame
 from pipeline.suites.tracking import tracking
@@ -29,6 +30,7 @@ GENERATORS: dict[str, Callable[..., Problems]] = {
     UNREACHABLE: unreachable,
     "warm": warm,
     TRACKING: tracking,
+    CLUTTERED: cluttered,
 }
 
 

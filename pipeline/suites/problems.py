@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 DECIMALS = 9
 STRATUM = "stratum"
 EVIDENCE = "evidence_"  # begins columns that say how something is known; not part of the checksum
+OBSTACLES = "obstacles"  # column of obstacles, in their plain form
 START = "start_"  # begins columns of the configuration that a solver starts from
 COLUMNS = {
     "x": "target in the base frame [m]; likewise y and z",
@@ -35,6 +36,9 @@ COLUMNS = {
     "trajectory": "number of the trajectory; only in tracking, as the two that follow",
     "step": "number of the waypoint on it; from 1 on a solver starts at its answer to the last one",
     "rate_hz": "waypoints a second",
+    OBSTACLES: "boxes and spheres in the base frame and the clearance that is asked [m], as JSON; "
+    "only in cluttered, as the next",
+    "clearance_mm": "that the known configuration keeps from them [mm]",
     "evidence_…": "how it is known that a pose cannot be reached; only in unreachable",
 }
 

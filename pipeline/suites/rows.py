@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 
 from pipeline.data.dataset import joint_columns
 from pipeline.suites.generators import Suite
-from pipeline.suites.problems import EVIDENCE, STRATUM, Problems
+from pipeline.suites.problems import EVIDENCE, OBSTACLES, STRATUM, Problems
+from pipeline.suites.verdicts import COLUMNS as VERDICTS
+from pipeline.suites.verdicts import verdicts
+from robots import Obstacles
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -27,6 +30,9 @@ COLUMNS = {  # beside those of pipeline.evaluation.rows
     "step": "number of the waypoint on it",
     "rate_hz": "waypoints a second",
     "joint_step": "largest joint distance from the answer to the waypoint before [rad or m]",
+    "clearance_mm": "that the known configuration keeps [mm]; only in cluttered, as what follows",
+    "asked": "whether the solver was told the obstacles and the clearance",
+    **VERDICTS,
 }
 
 
@@ -43,13 +49,22 @@ def follows(problems: Problems) -> NDArray[np.bool_] | None:
     return None if step is None else np.asarray(step > 0)
 
 
-def with_problems(rows: pd.DataFrame, suite: Suite, robot: Robot) -> pd.DataFrame:
+def obstacles(problems: Problems) -> list[Obstacles] | None:
+    """Return the obstacles of each pose with the clearance that is asked; None where none stand."""
+    said = problems.further.get(OBSTACLES)
+    return None if said is None else [Obstacles.from_json(str(each)) for each in said]
+
+
+def with_problems(
+    rows: pd.DataFrame, suite: Suite, robot: Robot, asked: bool = False
+) -> pd.DataFrame:
     """Add the columns of `COLUMNS` to the raw rows of answers to a suite.
 
     Args:
         rows: Of `pipeline.evaluation.rows`; ``pose`` is the row of the suite.
         suite: That was answered.
         robot: The robot.
+        asked: Whether the solver was told what to avoid, where there is anything.
     """
     problems = suite.problems.at(rows.pose.to_numpy())
     joints = rows[joint_columns(robot)].to_numpy(dtype=np.float64)
@@ -63,8 +78,10 @@ def with_problems(rows: pd.DataFrame, suite: Suite, robot: Robot) -> pd.DataFram
     turned = robot.nearest_turns(joints, np.where(np.isnan(known), joints, known))
     rows["known_distance"] = np.abs(turned - known).max(axis=1)
     for name, values in problems.further.items():
-        if not name.startswith(EVIDENCE):
+        if not name.startswith(EVIDENCE) and name != OBSTACLES:
             rows[name] = values
+    if (sets := obstacles(problems)) is not None:
+        rows = rows.assign(asked=asked, **verdicts(robot, joints, sets))
     if "step" in problems.further:
         step = np.full(len(rows), np.nan)
         after = robot.nearest_turns(joints[1:], joints[:-1])

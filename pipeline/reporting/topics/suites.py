@@ -26,7 +26,8 @@ from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig, tolerance_title
 from pipeline.reporting.data import Topic
 from pipeline.reporting.summary import apply_not_found, successes
-from pipeline.suites.config import TRACKING, UNREACHABLE
+from pipeline.suites.config import CLUTTERED, TRACKING, UNREACHABLE
+from pipeline.suites.verdicts import TOLERANCE_MM, disagreements, free_by_bullet, free_by_coal
 
 Rows = Mapping[tuple[str, str, str], pd.DataFrame]
 Flags = NDArray[np.bool_]
@@ -100,6 +101,19 @@ FOLLOWED = (
     ),
     number("drift", "drift [rad]"),
 )
+AMONG_OBSTACLES = (
+    ROBOT,
+    KIND,
+    SOLVER,
+    text("asked", "told the obstacles"),
+    count("poses", "poses"),
+    share("reached_share", "reached [%]"),
+    *_rate("reached and free [%]", "success"),
+    count("own", "in self-collision"),
+    count("false_claims", "claimed, not free"),
+    count("disagreements", "judges differ"),
+    *_time("time [ms]"),
+)
 LEADERS = (
     ROBOT,
     SUITE,
@@ -118,7 +132,7 @@ def suites(rows: Rows, config: ReportConfig) -> Table:
         [
             {**names, **_success(part, config), **_times(part)}
             for names, part in _each(rows)
-            if _generator(part) not in (UNREACHABLE, TRACKING)
+            if _generator(part) not in (UNREACHABLE, TRACKING, CLUTTERED)
         ],
         SUITES,
         name="suites",
@@ -164,6 +178,25 @@ def tracking(rows: Rows, config: ReportConfig) -> Table:
     )
 
 
+def cluttered(rows: Rows, config: ReportConfig) -> Table:
+    """Solver by clearance: how often a pose among obstacles is reached free of collision."""
+    return Table.of(
+        [
+            {**names, "stratum": kind, **_avoided(part, config), **_times(part)}
+            for names, kind, part in _by(rows, CLUTTERED, "stratum")
+        ],
+        AMONG_OBSTACLES,
+        name="suites_cluttered",
+        title="Poses among obstacles that a free solution is known to",
+        caption="Kind: the clearance that the known configuration keeps; a share of it is asked "
+        "(suite.asked). Reached as in the other suites; free: no self-collision and the asked "
+        "clearance kept, by coal and by PyBullet. Solvers that know nothing of collisions are "
+        "not told the obstacles. Claimed, not free: by a solver that was told, judged by coal. "
+        f"Judges differ: by more than {TOLERANCE_MM:g} mm. {config.confidence * 100:g} % Wilson "
+        "intervals.",
+    )
+
+
 def leaders(rows: Rows, config: ReportConfig) -> Table:
     """The best and the second-best solver of each suite and robot, and whether they are apart."""
     ranked: dict[tuple[str, str, str], list[tuple[str, Interval]]] = {}
@@ -196,7 +229,8 @@ def leaders(rows: Rows, config: ReportConfig) -> Table:
         name="suite_leaders",
         title="Who leads in each suite, and whether that is certain",
         caption=f"Rates are success, success {QUICK}, true no (unreachable; who always says no has "
-        "all of these) and trajectories followed (tracking). "
+        "all of these), trajectories followed (tracking), and poses reached free of collision "
+        "(cluttered). "
         f"Apart: the {config.confidence * 100:g} % Wilson intervals do not overlap.",
     )
 
@@ -234,6 +268,8 @@ def _rates(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Interval]:
         return {"true no": _interval(~rows.found.to_numpy(dtype=bool), config)}
     if generator == TRACKING:
         return {"followed": _interval(_follows(rows, config), config)}
+    if generator == CLUTTERED:
+        return {"reached and free": _interval(solved & _free(rows), config)}
     rates = {"success": _interval(solved, config)}
     if (quick := _quick(rows)) is not None:
         rates[QUICK] = _interval(solved & quick, config)
@@ -266,6 +302,24 @@ def _success(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
 def _true_no(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
     claimed = rows.found.to_numpy(dtype=bool)
     return {**_counts(~claimed, config), "claimed": int(claimed.sum()), **_errors(rows)}
+
+
+def _avoided(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
+    solved, asked = _solved(rows, config), bool(rows.asked.all())
+    claimed = rows.found.to_numpy(dtype=bool) & asked
+    return {
+        **_counts(solved & _free(rows), config),
+        "asked": "yes" if asked else "no",
+        "reached_share": float(solved.mean()),
+        "own": int(rows.self_collision.sum()),
+        "false_claims": int((claimed & ~free_by_coal(rows)).sum()),
+        "disagreements": int(disagreements(rows).sum()),
+    }
+
+
+def _free(rows: pd.DataFrame) -> Flags:
+    """(N,) which answers both judges find free of collision."""
+    return free_by_coal(rows) & free_by_bullet(rows)
 
 
 def _followed(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
@@ -333,6 +387,7 @@ TOPIC = Topic(
         lambda data: suites(data.results.suites, data.config),
         lambda data: unreachable(data.results.suites, data.config),
         lambda data: tracking(data.results.suites, data.config),
+        lambda data: cluttered(data.results.suites, data.config),
         lambda data: leaders(data.results.suites, data.config),
     ),
 )

@@ -1,0 +1,89 @@
+"""How often is a pose among obstacles reached free of collision, and what does it take?
+
+    python -m benchmarks.cluttered [--robots panda nicol] [--poses 200] [--write]
+
+The suite `cluttered` with so many poses: a configuration is known that keeps 50, 20, 10 or 5 mm
+from boxes and spheres; half of that is asked. Compared on one core: solvers that are told nothing;
+*pick and filter*, the first free one of many answers of `lm` (`avoid_steps=0`); and `avoid=` as it
+is. Every answer is judged by coal and by PyBullet. Times are of a call with one pose.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from typing import Any
+
+import pandas as pd
+
+from baselines import SkippedSolver
+from benchmarks.studies import write_study
+from pipeline import load_robot, load_solver
+from pipeline.config import compose
+from pipeline.evaluation.config import EvaluateConfig
+from pipeline.evaluation.runner import evaluate_solver
+from pipeline.evaluation.task import EvaluationTask
+from pipeline.reporting.topics.suites import cluttered
+from pipeline.suites.generators import Suite, generate
+from pipeline.suites.rows import obstacles, with_problems
+from robots import Robot
+
+NAME = "cluttered"
+# Name in the table, solver, its settings, and whether it is told the obstacles.
+VARIANTS: tuple[tuple[str, str, dict[str, Any], bool], ...] = (
+    ("trac_ik, told nothing", "trac_ik", {}, False),
+    ("lm, told nothing", "lm", {}, False),
+    ("lm, pick and filter", "lm", {"avoid_steps": 0}, True),
+    ("lm, avoid", "lm", {}, True),
+    ("cycleik_refined, avoid", "cycleik_refined", {}, True),
+)
+
+
+def arguments() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--robots", nargs="+", default=["panda", "nicol"])
+    parser.add_argument("--poses", type=int, default=200)
+    parser.add_argument("--write", action="store_true", help="also into results/studies")
+    return parser.parse_args()
+
+
+def answers(
+    robot: Robot, suite: Suite, variant: tuple[str, str, dict[str, Any], bool], how: EvaluateConfig
+) -> pd.DataFrame:
+    """Raw rows of one variant."""
+    label, name, settings, told = variant
+    sets = obstacles(suite.problems) if told else None
+    solver = load_solver(name, robot, **settings)
+    task = EvaluationTask(robot, solver, suite.problems.poses, 0, label, avoid=sets)
+    return with_problems(evaluate_solver(task, how), suite, robot, told)
+
+
+def main() -> None:
+    """Print the table."""
+    options = arguments()
+    config = compose([f"suite={NAME}", f"suite.poses={options.poses}"])
+    how = replace(config.evaluate, batch_sizes=[1], error_batch_size={}, time_s=None)
+    rows: dict[tuple[str, str, str], pd.DataFrame] = {}
+    checksums = []
+    for name in options.robots:
+        robot = load_robot(name)
+        suite = generate(robot, config.suite, config.seed)
+        checksums.append(f"{name} {suite.checksum[:12]}")
+        for variant in VARIANTS:
+            try:
+                rows[name, NAME, variant[0]] = answers(robot, suite, variant, how)
+            except SkippedSolver as reason:
+                print(reason)
+    table = cluttered(rows, config.report)
+    text = table.to_markdown()
+    print(text)
+    if options.write:
+        chosen = f"--robots {' '.join(options.robots)} --poses {options.poses}"
+        command = f"python -m benchmarks.cluttered {chosen} --write"
+        seeds = f"of the suite {config.seed}; checksums {', '.join(checksums)}"
+        write_study(NAME, pd.DataFrame(table.records()), text, command, seeds)
+
+
+if __name__ == "__main__":
+    main()
