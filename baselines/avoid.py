@@ -59,7 +59,7 @@ def refine_avoiding(
     work = new_work(len(robot.chain.prismatic), robot.dof, len(library.joints))
     room = new_room(scene, most)
     for _ in range(ROUNDS):
-        sets = [obstacles[row] for row in waiting]
+        sets = [obstacles[int(row)] for row in waiting]
         joints = np.empty((len(waiting), robot.dof))
         outcomes = np.empty((len(waiting), 4), dtype=np.int64)
         bound = scene, robot.clearance.rows(sets, len(sets)), slide, work, room

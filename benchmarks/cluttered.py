@@ -5,12 +5,13 @@
 The suite `cluttered` with so many poses: a configuration is known that keeps 50, 20, 10 or 5 mm
 from boxes and spheres; half of that is asked. Compared on one core: solvers that are told nothing;
 *pick and filter*, the first free one of many answers of `lm` (`avoid_steps=0`); and `avoid=` as it
-is. Every answer is judged by coal and by PyBullet. Times are of a call with one pose.
+is. Every answer is judged by coal and by PyBullet. What it takes are iterations, of the null space included, failures as well.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -23,6 +24,10 @@ from pipeline.config import compose
 from pipeline.evaluation.config import EvaluateConfig
 from pipeline.evaluation.runner import evaluate_solver
 from pipeline.evaluation.task import EvaluationTask
+from pipeline.presentation.columns import number, under
+from pipeline.presentation.naming import robot_title, solver_title
+from pipeline.presentation.table import Table
+from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.topics.suites import cluttered
 from pipeline.suites.generators import Suite, generate
 from pipeline.suites.rows import obstacles, with_problems
@@ -59,6 +64,24 @@ def answers(
     return with_problems(evaluate_solver(task, how), suite, robot, told)
 
 
+def table_of(rows: Mapping[tuple[str, str, str], pd.DataFrame], config: ReportConfig) -> Table:
+    """All clearances together and each, iterations in the place of times."""
+    whole = {key: part.assign(stratum="all") for key, part in rows.items()}
+    lines, first = [], cluttered(whole, config)
+    for each in (whole, rows):
+        taken = {
+            (robot_title(robot), kind, solver_title(solver)): part.iterations
+            for (robot, _, solver), among in each.items()
+            for kind, part in among.groupby("stratum")
+        }
+        for line in cluttered(each, config).records():
+            iterations = taken[line["robot"], line["stratum"], line["solver"]]
+            lines.append(line | {"mean": iterations.mean(), "median": iterations.median()})
+    columns = [column for column in first.columns if not column.name.startswith("time_")]
+    columns += under("iterations", number("mean", "mean"), number("median", "median"))
+    return Table.of(lines, columns, first.name, first.title, first.caption)
+
+
 def main() -> None:
     """Print the table."""
     options = arguments()
@@ -75,8 +98,8 @@ def main() -> None:
                 rows[name, NAME, variant[0]] = answers(robot, suite, variant, how)
             except SkippedSolver as reason:
                 print(reason)
-    table = cluttered(rows, config.report)
-    text = table.to_markdown()
+    table = table_of(rows, config.report)
+    text = table.to_markdown().partition("\n")[2]  # without the line on the report
     print(text)
     if options.write:
         chosen = f"--robots {' '.join(options.robots)} --poses {options.poses}"

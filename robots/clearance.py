@@ -80,7 +80,7 @@ class ClearanceChecker:
         found = np.full(len(q), most)
         if len(q):
             rows = self.rows(obstacles, len(q))
-            room = new_room(self.scene, int(rows.count.max()))
+            room = new_room(self.scene, int(rows.number.max()))
             measure(self.scene, rows, q, float(most), room, found)
         return found
 

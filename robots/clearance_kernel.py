@@ -90,14 +90,14 @@ def new_room(scene: Scene, most: int) -> Room:
 def set_obstacles(scene, obstacles, row, room):  # type: ignore[no-untyped-def]
     """Put the obstacles of one configuration into the rows after the robot's shapes."""
     start = scene.shapes.kind.shape[0]
-    for k in range(obstacles.count[row]):
+    for k in range(obstacles.number[row]):
         i, o = start + k, obstacles.first[row] + k
         room.kind[i], room.radius[i] = obstacles.kind[o], obstacles.radius[o]
         for column in range(3):
             room.size[i, column] = obstacles.size[o, column]
             room.centres[i, column] = obstacles.poses[o, 9 + column]
         copy_row(obstacles.poses[o], room.poses[i])
-    room.last[0] = start + obstacles.count[row]
+    room.last[0] = start + obstacles.number[row]
 
 
 @njit(_nrt=False)

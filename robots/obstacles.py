@@ -85,8 +85,8 @@ class Obstacles:
         clearance_m: Least distance of every link that moves from every obstacle [m].
     """
 
-    boxes: tuple[Box, ...] = ()
-    spheres: tuple[Sphere, ...] = ()
+    boxes: Sequence[Box] = ()
+    spheres: Sequence[Sphere] = ()
     clearance_m: float = 0.0
 
     def __post_init__(self) -> None:
@@ -107,14 +107,11 @@ class Obstacles:
         kind = np.repeat([BOX, SPHERE], [len(self.boxes), len(self.spheres)]).astype(np.int64)
         half = [[edge / 2.0 for edge in box.size] for box in self.boxes]
         size = np.array([*half, *((each.radius, 0.0, 0.0) for each in self.spheres)])
-        turn = np.array(
-            [*(box.orientation for box in self.boxes), *([UPRIGHT] * len(self.spheres))]
-        )
-        turn = turn.reshape(-1, 4)
+        turns = [*(box.orientation for box in self.boxes), *([UPRIGHT] * len(self.spheres))]
+        turn = np.array(turns, dtype=np.float64).reshape(-1, 4)
         turn = turn / np.linalg.norm(turn, axis=1, keepdims=True)
-        centre = np.array(
-            [each.position for each in (*self.boxes, *self.spheres)], dtype=np.float64
-        )
+        solids: tuple[Box | Sphere, ...] = (*self.boxes, *self.spheres)
+        centre = np.array([each.position for each in solids], dtype=np.float64)
         rotation = matrix_from_quaternion(turn)
         return kind, size.reshape(-1, 3), rotation, centre.reshape(-1, 3)
 
@@ -169,7 +166,7 @@ class ObstacleRows(NamedTuple):
         poses: (T, 12) rotation row by row, then the centre, in the root's frame [m].
         radius: (T,) of the sphere around the centre that holds it [m].
         first: (N,) row of the first obstacle of each configuration, and
-        count: (N,) how many it has.
+        number: (N,) how many it has.
         clearance: (N,) least distance from them [m].
     """
 
@@ -178,7 +175,7 @@ class ObstacleRows(NamedTuple):
     poses: Array
     radius: Array
     first: NDArray[np.int64]
-    count: NDArray[np.int64]
+    number: NDArray[np.int64]
     clearance: Array
 
 
@@ -192,8 +189,9 @@ def each_obstacles(
     """
     if isinstance(obstacles, Obstacles):
         return [obstacles] * count
-    sets = list(obstacles) if isinstance(obstacles, Iterable) else [obstacles]
-    if not all(isinstance(each, Obstacles) for each in sets):
+    given: list[Any] = list(obstacles) if isinstance(obstacles, Iterable) else [obstacles]
+    sets = [each for each in given if isinstance(each, Obstacles)]
+    if len(sets) != len(given):
         raise ObstacleError("expected Obstacles(boxes=..., spheres=...), or one for each pose")
     if len(sets) != count:
         raise ObstacleError(f"expected one Obstacles for all poses or {count}, got {len(sets)}")

@@ -82,7 +82,7 @@ def _plain_answers(robot: Robot, known: Problems, seed: int) -> Array:
     own = derive_seed(seed, "starts")
     starts = [None, *(robot.sample(1, own + k, collision_free=False)[0] for k in range(1, PLAIN))]
     answers = [solver.solve(known.poses, start).joints for start in starts]
-    return np.round(np.stack(answers, axis=1), PLAIN_DECIMALS)
+    return np.asarray(np.round(np.stack(answers, axis=1), PLAIN_DECIMALS), dtype=np.float64)
 
 
 def _obstacles(
@@ -121,15 +121,16 @@ def _obstacles(
 
 def _shape(config: ClutteredConfig, number: int, rng: np.random.Generator) -> At:
     """A box or a sphere of a random size."""
-    half = np.round(rng.uniform(*config.half_size_mm, 3) / MM_PER_M, DECIMALS)
+    least, most = config.half_size_mm
+    x, y, z = (round(half / MM_PER_M, DECIMALS) for half in rng.uniform(least, most, 3).tolist())
     turn = rng.standard_normal(4)
-    turn = np.round(turn / np.linalg.norm(turn), DECIMALS)
+    qw, qx, qy, qz = (round(each, DECIMALS) for each in (turn / np.linalg.norm(turn)).tolist())
 
     def box(centre: Array) -> Obstacles:
-        return Obstacles([Box(_placed(centre), tuple(2.0 * half), tuple(turn))])
+        return Obstacles([Box(_placed(centre), (2 * x, 2 * y, 2 * z), (qw, qx, qy, qz))])
 
     def sphere(centre: Array) -> Obstacles:
-        return Obstacles(spheres=[Sphere(_placed(centre), float(half[0]))])
+        return Obstacles(spheres=[Sphere(_placed(centre), x)])
 
     return sphere if number % 2 else box
 
