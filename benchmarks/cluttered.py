@@ -5,7 +5,8 @@
 The suite `cluttered` with so many poses: a configuration is known that keeps 50, 20, 10 or 5 mm
 from boxes and spheres; half of that is asked. Compared on one core: solvers that are told nothing;
 *pick and filter*, the first free one of many answers of `lm` (`avoid_steps=0`); and `avoid=` as it
-is. Every answer is judged by coal and by PyBullet. What it takes are iterations, of the null space included, failures as well.
+is. Every answer is judged by coal and by PyBullet. What it takes is counted in iterations, those in
+the null space and of failures included.
 """
 
 from __future__ import annotations
