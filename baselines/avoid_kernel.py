@@ -58,6 +58,7 @@ class Work(NamedTuple):
     residual: Array
     gradient: Array
     bias: Array
+    reached: Array
 
 
 def new_work(joints: int, dof: int, remembered: int) -> Work:
@@ -81,6 +82,7 @@ def new_work(joints: int, dof: int, remembered: int) -> Work:
         residual=np.empty(6),
         gradient=np.empty(dof),
         bias=np.empty(dof),
+        reached=np.zeros(dof),
     )
 
 
@@ -184,12 +186,12 @@ def _avoid_one(  # type: ignore[no-untyped-def]
     attempt, iterations, least, reached = first, 0, np.inf, False
     while True:
         status, iterations, attempt = refine_from(
-            chain, pose, seeds, library, left, w, w.step, attempt, iterations
+            chain, pose, seeds, library, left, w, w.reached, attempt, iterations
         )
         if status != FOUND:
             break
         reached = True
-        copy_row(w.step, w.q)
+        copy_row(w.reached, w.q)
         squared, free, iterations = _slide(
             chain, pose, options, scene, room, clearance, slide, w, iterations
         )
@@ -205,7 +207,7 @@ def _avoid_one(  # type: ignore[no-untyped-def]
                 break
             left = limited(options, options.starts, rest)
     if not reached:
-        copy_row(w.step, best)
+        copy_row(w.reached, best)
         return status, iterations, attempt
     return IN_COLLISION, iterations, attempt
 

@@ -80,7 +80,8 @@ def table_of(rows: Mapping[tuple[str, str, str], pd.DataFrame], config: ReportCo
             lines.append(line | {"mean": iterations.mean(), "median": iterations.median()})
     columns = [column for column in first.columns if not column.name.startswith("time_")]
     columns += under("iterations", number("mean", "mean"), number("median", "median"))
-    return Table.of(lines, columns, first.name, first.title, first.caption)
+    said = {"name": first.name, "title": first.title, "caption": first.caption}
+    return Table.of(lines, columns, **said)
 
 
 def main() -> None:

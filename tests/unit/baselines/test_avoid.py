@@ -112,6 +112,17 @@ def test_what_is_never_free_is_not_found(panda: Robot, poses: np.ndarray) -> Non
     np.testing.assert_allclose(reached[0, :3], poses[0, :3], atol=1e-4)
 
 
+def test_what_is_out_of_reach_comes_as_near_as_without_obstacles(panda: Robot) -> None:
+    far = panda.forward_kinematics(panda.home)
+    far[:, 2] += 2.0
+    solver = baselines.load("lm", panda, iterations=200)
+    plain, free = solver.solve(far), solver.solve(far, avoid=Obstacles())
+    assert free.reason == ("out of iterations",)
+    first, second = (panda.forward_kinematics(each.joints)[0, :3] for each in (plain, free))
+    distance, least = (np.linalg.norm(each - far[0, :3]) for each in (second, first))
+    assert distance < least + 0.3
+
+
 def test_a_limit_of_time_ends_the_search(panda: Robot, poses: np.ndarray) -> None:
     walled = Obstacles(spheres=[Sphere(tuple(poses[0, :3]), 0.1)])
     solver = baselines.load("lm", panda, time_s=1e-3, iterations=None)
