@@ -25,7 +25,7 @@ from pipeline.config import compose
 from pipeline.evaluation.config import EvaluateConfig
 from pipeline.evaluation.runner import evaluate_solver
 from pipeline.evaluation.task import EvaluationTask
-from pipeline.presentation.columns import number, under
+from pipeline.presentation.columns import Cell, number, under
 from pipeline.presentation.naming import robot_title, solver_title
 from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig
@@ -68,20 +68,22 @@ def answers(
 def table_of(rows: Mapping[tuple[str, str, str], pd.DataFrame], config: ReportConfig) -> Table:
     """All clearances together and each, iterations in the place of times."""
     whole = {key: part.assign(stratum="all") for key, part in rows.items()}
-    lines, first = [], cluttered(whole, config)
+    lines: list[list[Cell]] = []
     for each in (whole, rows):
         taken = {
-            (robot_title(robot), kind, solver_title(solver)): part.iterations
+            (robot_title(robot), str(kind), solver_title(solver)): part.iterations
             for (robot, _, solver), among in each.items()
             for kind, part in among.groupby("stratum")
         }
-        for line in cluttered(each, config).records():
-            iterations = taken[line["robot"], line["stratum"], line["solver"]]
-            lines.append(line | {"mean": iterations.mean(), "median": iterations.median()})
-    columns = [column for column in first.columns if not column.name.startswith("time_")]
+        table = cluttered(each, config)
+        kept = [k for k, column in enumerate(table.columns) if not column.name.startswith("time_")]
+        for row in table.rows:
+            iterations = taken[str(row[0]), str(row[1]), str(row[2])]
+            cells: list[Cell] = [float(iterations.mean()), float(iterations.median())]
+            lines.append([*(row[k] for k in kept), *cells])
+    columns = [table.columns[k] for k in kept]
     columns += under("iterations", number("mean", "mean"), number("median", "median"))
-    said = {"name": first.name, "title": first.title, "caption": first.caption}
-    return Table.of(lines, columns, **said)
+    return replace(table, columns=columns, rows=lines)
 
 
 def main() -> None:
