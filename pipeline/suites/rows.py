@@ -30,7 +30,9 @@ COLUMNS = {  # beside those of pipeline.evaluation.rows
     "step": "number of the waypoint on it",
     "rate_hz": "waypoints a second",
     "joint_step": "largest joint distance from the answer to the waypoint before [rad or m]",
-    "clearance_mm": "that the known configuration keeps [mm]; only in cluttered, as what follows",
+}
+AMONG_OBSTACLES = {  # beside those, in cluttered alone
+    "clearance_mm": "that the known configuration keeps [mm]",
     "asked": "whether the solver was told the obstacles and the clearance",
     **VERDICTS,
 }
@@ -58,10 +60,10 @@ def obstacles(problems: Problems) -> list[Obstacles] | None:
 def with_problems(
     rows: pd.DataFrame, suite: Suite, robot: Robot, asked: bool = False
 ) -> pd.DataFrame:
-    """Add the columns of `COLUMNS` to the raw rows of answers to a suite.
+    """Add the columns of `COLUMNS`, and those of `AMONG_OBSTACLES` where obstacles stand, to rows.
 
     Args:
-        rows: Of `pipeline.evaluation.rows`; ``pose`` is the row of the suite.
+        rows: Answers to a suite, of `pipeline.evaluation.rows`; ``pose`` is the row of the suite.
         suite: That was answered.
         robot: The robot.
         asked: Whether the solver was told what to avoid, where there is anything.

@@ -14,7 +14,7 @@ from pipeline.evaluation.config import EvaluateConfig
 from pipeline.evaluation.rows import raw_rows
 from pipeline.reporting.topics.suites import cluttered
 from pipeline.suites.generators import Suite, generate
-from pipeline.suites.rows import obstacles, with_problems
+from pipeline.suites.rows import AMONG_OBSTACLES, obstacles, with_problems
 from pipeline.suites.verdicts import disagreements, free_by_bullet, free_by_coal, verdicts
 from robots import Robot, load_robot
 from tests.suites import config_of
@@ -43,6 +43,7 @@ def test_the_known_configuration_keeps_its_clearance_and_half_is_asked(
     evaluate: EvaluateConfig,
 ) -> None:
     rows = rows_of(suite().problems.joints, evaluate, True)
+    assert {*AMONG_OBSTACLES} <= {*rows}
     assert rows.stratum.unique().tolist() == ["50 mm", "20 mm", "10 mm", "5 mm"]
     assert (rows.coal_distance_mm >= rows.clearance_mm - 1e-3).all()
     assert (rows.coal_distance_mm < rows.clearance_mm + 1.0).mean() > 0.8
