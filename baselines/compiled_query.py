@@ -9,6 +9,7 @@ where errors are worded.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -23,6 +24,7 @@ from baselines.refine import REASONS
 from robots import Robot
 from robots.compiled import njit
 from robots.limits import FARTHEST, FULL_TURN
+from robots.obstacles import Obstacles
 
 Array = NDArray[np.float64]
 
@@ -157,9 +159,15 @@ class CompiledQuerySolver(Solver):
         return answer, outcome[0] == 0
 
     def solve(
-        self, poses: ArrayLike, initial: ArrayLike | None = None, budget: Budget | None = None
+        self,
+        poses: ArrayLike,
+        initial: ArrayLike | None = None,
+        budget: Budget | None = None,
+        avoid: Obstacles | Sequence[Obstacles] | None = None,
     ) -> Solution:
         """See `Solver.solve`."""
+        if avoid is not None:
+            return super().solve(poses, initial, budget, avoid)
         if budget is None and type(poses) is np.ndarray and poses.shape == (1, 7):
             first = initial
             if type(first) is np.ndarray and first.ndim == 2 and len(first) == 1:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from baselines.avoid import refine_avoiding
+from baselines.avoid_kernel import Slide
 from baselines.checks import (
     count_settings,
     damping_settings,
@@ -24,6 +26,7 @@ from baselines.seed_library import LIBRARY_SEED, SeedLibrary, build_seed_library
 
 if TYPE_CHECKING:
     from robots import Robot
+    from robots.obstacles import Obstacles
 
 Array = NDArray[np.float64]
 
@@ -41,11 +44,17 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
             nowhere, before random configurations.
         max_jump: How far each joint may be from the initial guess, or from home without one
             [rad or m]; what is further is not found. None allows any distance.
+        avoid_steps: Steps within the null space in which joints that collide are moved away, where
+            `solve` has something to avoid; 0 takes the first free one of many answers.
+        avoid_margin_m: What is nearer than the clearance and this is pushed away [m].
+        avoid_move: Largest motion of a joint in such a step [rad or m].
         threads: Threads that share a batch; 0 for all of numba's.
         time_s: Wall-clock budget per pose where `solve` gets none [s].
         iterations: Iteration budget per pose where `solve` gets none.
         **options: The other fields of `LmOptions`.
     """
+
+    avoids: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -54,6 +63,9 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
         seed_library: int,
         neighbours: int,
         max_jump: float | None,
+        avoid_steps: int,
+        avoid_margin_m: float,
+        avoid_move: float,
         threads: int,
         time_s: float | None,
         iterations: int | None,
@@ -66,6 +78,9 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
         self.max_jump = max_jump
         if max_jump is not None:
             self.max_jump = positive_settings({"max_jump": max_jump})["max_jump"]
+        pushed = positive_settings({"avoid_margin_m": avoid_margin_m, "avoid_move": avoid_move})
+        steps = count_settings({"avoid_steps": avoid_steps}, least=0)["avoid_steps"]
+        self.slide = Slide(steps, *pushed.values())
         # The kernel is compiled for these types; others would have it compiled again.
         sizes = ("position_tolerance_m", "rotation_tolerance_rad")
         damping, gain = damping_settings(options.pop("damping"), options.pop("damping_gain"))
@@ -134,6 +149,18 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
             self.robot, poses, initial[:, None, :], options, self.threads, self.library
         )
         return refined.solution()
+
+    def skip_avoiding(self) -> str | None:
+        """See `Solver`: within a largest jump there is one start, and so one answer."""
+        return super().skip_avoiding() if self.max_jump is None else "it avoids without max_jump"
+
+    def _solve_avoiding(
+        self, poses: Array, initial: Array | None, budget: Budget | None, sets: list[Obstacles]
+    ) -> Solution:
+        first = np.broadcast_to(self.robot.home, (len(poses), self.robot.dof))
+        seeds = (first if initial is None else initial)[:, None]
+        bound = self.options(budget), self.slide, self.library, sets
+        return refine_avoiding(self.robot, poses, seeds, *bound).solution()
 
     def _solve_near(self, poses: Array, initial: Array, options: LmOptions) -> Solution:
         """Solve poses within the largest jump of their initial guesses."""

@@ -39,7 +39,7 @@ from robots.rows import copy_row
 
 Array = NDArray[np.float64]
 
-FOUND, OUT_OF_ITERATIONS, OUT_OF_TIME, OUT_OF_STARTS = 0, 1, 2, 3
+FOUND, OUT_OF_ITERATIONS, OUT_OF_TIME, OUT_OF_STARTS, IN_COLLISION = 0, 1, 2, 3, 4
 
 
 class LmOptions(NamedTuple):
@@ -127,18 +127,19 @@ def choose_start(chain, pose, seeds, library, attempt, goal, distances, q):  # t
 
 
 @njit(_nrt=False)
-def _refine_one(chain, pose, seeds, library, options, freedom, s, best):  # type: ignore[no-untyped-def]
+def refine_from(chain, pose, seeds, library, options, freedom, s, best, first, used):  # type: ignore[no-untyped-def]
     """Solve one pose; writes the best joints and returns (status, iterations, starts).
 
-    With freedom None, the whole pose, numba compiles a version that knows of none.
+    The start `first` is the first one; `used` iterations are gone already. With freedom None, the
+    whole pose, numba compiles a version that knows of none.
     """
     started = now_ns(s.timespec) if options.time_ns > 0 else 0
     position2 = options.position_tolerance_m**2
     rotation2 = options.rotation_tolerance_rad**2
     set_target(pose, s.at)
     least = np.inf
-    iterations = 0
-    for attempt in range(options.starts):
+    iterations = used
+    for attempt in range(first, options.starts):
         choose_start(chain, pose, seeds, library, attempt, s.at.goal, s.distances, s.q)
         since, reference = 0, np.inf
         while True:
@@ -179,8 +180,8 @@ def _refine_one(chain, pose, seeds, library, options, freedom, s, best):  # type
 
 
 @njit()
-def first_start_only(options):  # type: ignore[no-untyped-def]
-    """Return options under which the first seed alone is descended from."""
+def limited(options, starts, time_ns):  # type: ignore[no-untyped-def]
+    """Return options with another number of starts and another time."""
     return LmOptions(
         options.position_tolerance_m,
         options.rotation_tolerance_rad,
@@ -189,9 +190,15 @@ def first_start_only(options):  # type: ignore[no-untyped-def]
         options.patience,
         options.max_active_set_passes,
         options.iterations,
-        1,
-        options.time_ns,
+        starts,
+        time_ns,
     )
+
+
+@njit()
+def first_start_only(options):  # type: ignore[no-untyped-def]
+    """Return options under which the first seed alone is descended from."""
+    return limited(options, 1, options.time_ns)
 
 
 @njit()
@@ -203,7 +210,9 @@ def refine_row(chain, pose, seeds, library, options, joints):  # type: ignore[no
     """
     s = _scratch(chain.prismatic.shape[0], joints.shape[0], library)
     began = now_ns(s.timespec)
-    status, iterations, starts = _refine_one(chain, pose, seeds, library, options, None, s, joints)
+    status, iterations, starts = refine_from(
+        chain, pose, seeds, library, options, None, s, joints, 0, 0
+    )
     return status, iterations, starts, now_ns(s.timespec) - began
 
 
@@ -215,8 +224,8 @@ def refine_rows(  # type: ignore[no-untyped-def]
     s = _scratch(chain.prismatic.shape[0], joints.shape[1], library)
     for row in range(poses.shape[0]):
         began = now_ns(s.timespec)
-        status[row], iterations[row], starts[row] = _refine_one(
-            chain, poses[row], seeds[row], library, options, None, s, joints[row]
+        status[row], iterations[row], starts[row] = refine_from(
+            chain, poses[row], seeds[row], library, options, None, s, joints[row], 0, 0
         )
         time_ns[row] = now_ns(s.timespec) - began
 
@@ -253,7 +262,7 @@ def refine_rows_freely(  # type: ignore[no-untyped-def]
     for row in range(poses.shape[0]):
         began = now_ns(s.timespec)
         copy_row(widths[row], room.widths)
-        status[row], iterations[row], starts[row] = _refine_one(
-            chain, poses[row], seeds[row], library, options, room, s, joints[row]
+        status[row], iterations[row], starts[row] = refine_from(
+            chain, poses[row], seeds[row], library, options, room, s, joints[row], 0, 0
         )
         time_ns[row] = now_ns(s.timespec) - began

@@ -12,6 +12,7 @@ import math
 import threading
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -21,9 +22,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from baselines.abilities import Abilities
 from baselines.checks import check_initial, check_poses
-from baselines.errors import BudgetError, InitialError, PoseError
+from baselines.errors import BudgetError, InitialError, PoseError, SkippedSolver
 from robots.arguments import as_float, as_floats, as_int
 from robots.limits import search_range
+from robots.obstacles import Obstacles, each_obstacles
 from robots.rotations import rotation_angle
 
 if TYPE_CHECKING:
@@ -112,6 +114,7 @@ class Solver(Abilities, ABC):
         budgets: Budgets that the solver heeds, of "time_s" and "iterations". One that heeds none
             (an analytical solver) takes any budget and needs none.
         mimics: Whether it can solve a chain where one joint mimics another.
+        avoids: Whether it can be asked for joints that are free of collision.
         always_answers: Whether every answer counts with its own error, found or not, as a network's
             does in the paper.
         robot: The robot that it solves for.
@@ -130,6 +133,7 @@ class Solver(Abilities, ABC):
     requires: ClassVar[tuple[str, ...]] = ()
     budgets: ClassVar[frozenset[str]] = frozenset({"time_s", "iterations"})
     mimics: ClassVar[bool] = True
+    avoids: ClassVar[bool] = False
     always_answers: bool = False
     _made_with: tuple[tuple[Any, ...], dict[str, Any]]
 
@@ -165,7 +169,11 @@ class Solver(Abilities, ABC):
         return None
 
     def solve(
-        self, poses: ArrayLike, initial: ArrayLike | None = None, budget: Budget | None = None
+        self,
+        poses: ArrayLike,
+        initial: ArrayLike | None = None,
+        budget: Budget | None = None,
+        avoid: Obstacles | Sequence[Obstacles] | None = None,
     ) -> Solution:
         """Find joints whose tip poses are `poses`.
 
@@ -175,6 +183,9 @@ class Solver(Abilities, ABC):
                 robot's home if None. Joints that turn for ever come back within half a turn of
                 it, or within their limits if None.
             budget: Cost allowed per pose; the solver's own (its YAML) if None.
+            avoid: Obstacles in the base frame with the clearance from them, for all poses or a set
+                for each. What is found is then free of self-collision as well; `Obstacles()`
+                asks for that alone. None asks for neither.
 
         Returns:
             One row per pose, also for those that were not found.
@@ -183,6 +194,8 @@ class Solver(Abilities, ABC):
             PoseError: Poses of wrong shape, not finite or with a quaternion that is not unit.
             InitialError: An initial guess of wrong shape or not finite.
             BudgetError: A budget of a kind that this solver does not heed.
+            SkippedSolver: Something to avoid, of which this solver knows nothing.
+            ObstacleError: Neither one set of obstacles nor one for each pose.
         """
         targets = check_poses(poses)
         robot = self.robot
@@ -191,9 +204,14 @@ class Solver(Abilities, ABC):
             limits = robot.lower, robot.upper, robot.endless
             guesses = check_initial(initial, len(targets), robot.home, *limits)
         chosen = self.budget if budget is None else self._validated_budget(budget)
+        if avoid is not None and (reason := self.skip_avoiding()):
+            raise SkippedSolver(f"solver {self.name or type(self).__name__!r}: {reason}")
+        sets = None if avoid is None else each_obstacles(avoid, len(targets))
         if len(targets) == 0:
             return Solution.empty(0, self.robot.dof)
-        if guesses is None:
+        if sets is not None:
+            solution = self._solve_avoiding(targets, guesses, chosen, sets)
+        elif guesses is None:
             solution = self._solve_unguided(targets, chosen)
         else:
             solution = self._solve_batch(targets, guesses, chosen)
@@ -263,6 +281,23 @@ class Solver(Abilities, ABC):
         robot = self.robot
         home = check_initial(None, len(poses), robot.home, robot.lower, robot.upper)
         return self._solve_batch(poses, home, budget)
+
+    def skip_avoiding(self) -> str | None:
+        """Say why this solver cannot be asked for joints free of collision, or None if it can."""
+        return None if self.avoids else "it knows nothing of collisions; lm and cycleik_refined do"
+
+    def _solve_avoiding(
+        self, poses: Array, initial: Array | None, budget: Budget | None, sets: list[Obstacles]
+    ) -> Solution:
+        """Solve checked poses (N, 7) free of collision; see `avoids`.
+
+        Args:
+            poses: (N, 7), N > 0.
+            initial: (N, dof) initial guesses inside the limits, or None.
+            budget: Cost allowed per pose.
+            sets: N sets of obstacles.
+        """
+        raise NotImplementedError
 
     def _validated_budget(self, budget: Budget) -> Budget:
         given = {kind for kind in ("time_s", "iterations") if getattr(budget, kind) is not None}

@@ -37,6 +37,7 @@ REASONS = {
     lm_kernel.OUT_OF_ITERATIONS: OUT_OF_ITERATIONS,
     lm_kernel.OUT_OF_TIME: OUT_OF_TIME,
     lm_kernel.OUT_OF_STARTS: "out of starts",
+    lm_kernel.IN_COLLISION: "in collision",
 }
 _REASON_OF = np.array([REASONS[code] for code in range(len(REASONS))], dtype=object)
 

@@ -38,13 +38,14 @@ class CollisionChecker:
     Attributes:
         pairs: Pairs of links that are checked.
         shapes: Their shapes as arrays.
+        tree: The driven joints.
     """
 
     def __init__(
         self, urdf: Urdf, bodies: Bodies, driven: dict[str, Drive], pairs: Iterable[Pair]
     ) -> None:
         self.pairs = list(pairs)
-        self._urdf, self._driven, self._tree = urdf, driven, bodies.tree
+        self._urdf, self._driven, self.tree = urdf, driven, bodies.tree
         named = {link for pair in self.pairs for link in pair}
         meshes = any(s.kind == "mesh" for link in named for s in urdf.links[link].collisions)
         boxes = self.exact.boxes() if meshes else {}
@@ -57,16 +58,16 @@ class CollisionChecker:
 
     def in_collision(self, joints: Array) -> NDArray[np.bool_]:
         """Whether any checked pair touches, (N,) for (N, dof) in rad or m."""
-        found = verdicts(self._tree, self.shapes, joints)
+        found = verdicts(self.tree, self.shapes, joints)
         touching = found == TOUCHING
         for row in np.flatnonzero(found == UNSURE):
-            states = details(self._tree, self.shapes, joints[row : row + 1])[0]
+            states = details(self.tree, self.shapes, joints[row : row + 1])[0]
             touching[row] = any(self.exact.answers(joints[row], np.flatnonzero(states == UNSURE)))
         return touching
 
     def touching(self, joints: Array) -> NDArray[np.bool_]:
         """Which pairs of links touch, (N, pairs) for (N, dof) in rad or m."""
-        states = details(self._tree, self.shapes, joints)
+        states = details(self.tree, self.shapes, joints)
         touching = states == TOUCHING
         for row in np.flatnonzero((states == UNSURE).any(axis=1)):
             unsure = np.flatnonzero(states[row] == UNSURE)
@@ -129,13 +130,18 @@ class ExactChecker:
             q: (dof,), rad or m.
             pairs: Rows of `Shapes.pair_shapes`.
         """
+        geometry_data = self.placed(q)
+        for pair in pairs:
+            yield self._library.computeCollision(self.geometry, geometry_data, int(pair))
+
+    def placed(self, q: Array) -> Any:
+        """Pinocchio's geometry data with every shape where it is at q (dof,), root's frame."""
         position = expand(self.model, self._driven, q[None])[0]
         data, geometry_data = self._data()
         self._library.updateGeometryPlacements(
             self.model, data, self.geometry, geometry_data, position
         )
-        for pair in pairs:
-            yield self._library.computeCollision(self.geometry, geometry_data, int(pair))
+        return geometry_data
 
     def boxes(self) -> dict[str, Array]:
         """Corners (2, 3) of the box around each shape in its own frame, m, by name."""

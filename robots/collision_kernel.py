@@ -23,24 +23,26 @@ ROOT = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 @njit(no_cpython_wrapper=True)
-def _read(rows, i):  # type: ignore[no-untyped-def]
+def read_frame(rows, i):  # type: ignore[no-untyped-def]
+    """Row i of frames (m, 12) as a tuple."""
     a, b, c, d, e, f = rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3], rows[i, 4], rows[i, 5]
     g, h, k, x, y, z = rows[i, 6], rows[i, 7], rows[i, 8], rows[i, 9], rows[i, 10], rows[i, 11]
     return (a, b, c, d, e, f, g, h, k, x, y, z)
 
 
 @njit(no_cpython_wrapper=True)
-def _write(rows, i, frame):  # type: ignore[no-untyped-def]
+def write_frame(rows, i, frame):  # type: ignore[no-untyped-def]
+    """Put a tuple into row i of frames (m, 12)."""
     for column in range(12):
         rows[i, column] = frame[column]
 
 
 @njit(no_cpython_wrapper=True)
-def _frames(tree, q, frames):  # type: ignore[no-untyped-def]
+def find_frames(tree, q, frames):  # type: ignore[no-untyped-def]
     """Frames of the driven joints; row 0 is the root, row k + 1 is joint k."""
     driven = tree.driven
     for k in range(tree.parent.shape[0]):
-        above = _read(frames, tree.parent[k] + 1)
+        above = read_frame(frames, tree.parent[k] + 1)
         frame = multiplied(above, tree.rotations[k], tree.translations[k])
         position = driven.multiplier[k] * q[driven.variable[k]] + driven.offset[k]
         if driven.prismatic[k]:
@@ -48,14 +50,14 @@ def _frames(tree, q, frames):  # type: ignore[no-untyped-def]
         else:
             sine, cosine = sine_cosine(position)
             frame = turned(frame, sine, cosine)
-        _write(frames, k + 1, frame)
+        write_frame(frames, k + 1, frame)
 
 
 @njit(no_cpython_wrapper=True)
-def _carry(frames, owner, points, moved):  # type: ignore[no-untyped-def]
+def carry(frames, owner, points, moved):  # type: ignore[no-untyped-def]
     """Points (K, 3) fixed in frames, carried to the root: (K, 3)."""
     for i in range(owner.shape[0]):
-        a, b, c, d, e, f, g, h, k, x, y, z = _read(frames, owner[i] + 1)
+        a, b, c, d, e, f, g, h, k, x, y, z = read_frame(frames, owner[i] + 1)
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
         moved[i, 0] = a * px + b * py + c * pz + x
         moved[i, 1] = d * px + e * py + f * pz + y
@@ -73,9 +75,9 @@ def _apart(points, a, b, reach):  # type: ignore[no-untyped-def]
 
 
 @njit(no_cpython_wrapper=True)
-def _turn(frames, owner, rotations, centres, poses, i):  # type: ignore[no-untyped-def]
+def turn(frames, owner, rotations, centres, poses, i):  # type: ignore[no-untyped-def]
     """Write the whole pose of shape i."""
-    frame = multiplied(_read(frames, owner[i] + 1), rotations[i], rotations[i, 0])
+    frame = multiplied(read_frame(frames, owner[i] + 1), rotations[i], rotations[i, 0])
     for column in range(9):
         poses[i, column] = frame[column]
     for column in range(3):
@@ -98,16 +100,16 @@ def query(tree, shapes, joints, verdicts, details):  # type: ignore[no-untyped-d
     radius, link_radius = shapes.radius, shapes.link_radius
     pair_links, start, pairs = shapes.pair_links, shapes.pair_start, shapes.pair_shapes
     frames = np.empty((tree.parent.shape[0] + 1, 12))
-    _write(frames, 0, ROOT)
+    write_frame(frames, 0, ROOT)
     link_centres = np.empty((link_radius.shape[0], 3))
     centres, poses = np.empty((kind.shape[0], 3)), np.empty((kind.shape[0], 12))
     # Which configuration the pose of a shape is of: most shapes never need theirs.
     stamps = np.full(kind.shape[0], -1)
     full = details.shape[0] > 0
     for i in range(joints.shape[0]):
-        _frames(tree, joints[i], frames)
-        _carry(frames, shapes.link_frame, shapes.link_centre, link_centres)
-        _carry(frames, owner, shapes.translations, centres)
+        find_frames(tree, joints[i], frames)
+        carry(frames, shapes.link_frame, shapes.link_centre, link_centres)
+        carry(frames, owner, shapes.translations, centres)
         verdict = FREE
         for p in range(pair_links.shape[0]):
             a, b = pair_links[p, 0], pair_links[p, 1]
@@ -120,7 +122,7 @@ def query(tree, shapes, joints, verdicts, details):  # type: ignore[no-untyped-d
                 for shape in (a, b):
                     if stamps[shape] != i:
                         stamps[shape] = i
-                        _turn(frames, owner, rotations, centres, poses, shape)
+                        turn(frames, owner, rotations, centres, poses, shape)
                 state = contact(kind, size, poses, a, b)
                 if full:
                     details[i, s] = state

@@ -63,7 +63,7 @@ def _verdict(gap, mesh):  # type: ignore[no-untyped-def]
 
 
 @njit(no_cpython_wrapper=True)
-def _into(poses, i, x, y, z):  # type: ignore[no-untyped-def]
+def into(poses, i, x, y, z):  # type: ignore[no-untyped-def]
     """Turn a vector of the common frame into the frame of shape i."""
     return (
         poses[i, 0] * x + poses[i, 3] * y + poses[i, 6] * z,
@@ -73,7 +73,7 @@ def _into(poses, i, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @njit(no_cpython_wrapper=True)
-def _between(poses, a, b):  # type: ignore[no-untyped-def]
+def between(poses, a, b):  # type: ignore[no-untyped-def]
     """Vector from the origin of a to that of b."""
     return (
         poses[b, 9] - poses[a, 9],
@@ -85,8 +85,8 @@ def _between(poses, a, b):  # type: ignore[no-untyped-def]
 @njit(no_cpython_wrapper=True)
 def _gap_to_sphere(kind, size, poses, a, sphere):  # type: ignore[no-untyped-def]
     """Distance between a shape and a sphere, m; anything negative when they overlap."""
-    dx, dy, dz = _between(poses, a, sphere)
-    x, y, z = _into(poses, a, dx, dy, dz)
+    dx, dy, dz = between(poses, a, sphere)
+    x, y, z = into(poses, a, dx, dy, dz)
     radius = size[sphere, 0]
     if kind[a] == SPHERE:
         return math.sqrt(x * x + y * y + z * z) - radius - size[a, 0]
@@ -101,9 +101,9 @@ def _gap_to_sphere(kind, size, poses, a, sphere):  # type: ignore[no-untyped-def
 
 
 @njit(no_cpython_wrapper=True)
-def _extent(kind, size, poses, i, nx, ny, nz):  # type: ignore[no-untyped-def]
+def extent(kind, size, poses, i, nx, ny, nz):  # type: ignore[no-untyped-def]
     """Half of a shape's extent along a unit direction, m."""
-    x, y, z = _into(poses, i, nx, ny, nz)
+    x, y, z = into(poses, i, nx, ny, nz)
     if kind[i] == CYLINDER:
         return size[i, 0] * math.sqrt(x * x + y * y) + size[i, 1] * abs(z)
     return size[i, 0] * abs(x) + size[i, 1] * abs(y) + size[i, 2] * abs(z)
@@ -115,18 +115,18 @@ def _gap_along_axes(kind, size, poses, a, b):  # type: ignore[no-untyped-def]
 
     The first one above the tolerance, else the largest.
     """
-    dx, dy, dz = _between(poses, a, b)
+    dx, dy, dz = between(poses, a, b)
     length = math.sqrt(dx * dx + dy * dy + dz * dz) + 1e-300
     nx, ny, nz = dx / length, dy / length, dz / length
-    gap = length - _extent(kind, size, poses, a, nx, ny, nz)
-    gap -= _extent(kind, size, poses, b, nx, ny, nz)
+    gap = length - extent(kind, size, poses, a, nx, ny, nz)
+    gap -= extent(kind, size, poses, b, nx, ny, nz)
     for axis in range(6):
         if gap > TOLERANCE:
             return gap
         i, column = (a, axis) if axis < 3 else (b, axis - 3)
         nx, ny, nz = poses[i, column], poses[i, 3 + column], poses[i, 6 + column]
-        reach = _extent(kind, size, poses, a, nx, ny, nz)
-        reach += _extent(kind, size, poses, b, nx, ny, nz)
+        reach = extent(kind, size, poses, a, nx, ny, nz)
+        reach += extent(kind, size, poses, b, nx, ny, nz)
         gap = max(gap, abs(dx * nx + dy * ny + dz * nz) - reach)
     return gap
 
@@ -137,7 +137,7 @@ def _gap_along_edges(size, poses, a, b):  # type: ignore[no-untyped-def]
 
     Together with the axes these are all that can separate two boxes.
     """
-    dx, dy, dz = _between(poses, a, b)
+    dx, dy, dz = between(poses, a, b)
     gap = -np.inf
     for i in range(3):
         ux, uy, uz = poses[a, i], poses[a, 3 + i], poses[a, 6 + i]
@@ -150,7 +150,7 @@ def _gap_along_edges(size, poses, a, b):  # type: ignore[no-untyped-def]
                 continue
             reach = 0.0
             for s in (a, b):
-                x, y, z = _into(poses, s, nx, ny, nz)
+                x, y, z = into(poses, s, nx, ny, nz)
                 reach += size[s, 0] * abs(x) + size[s, 1] * abs(y) + size[s, 2] * abs(z)
             gap = max(gap, (abs(dx * nx + dy * ny + dz * nz) - reach) / length)
             if gap > TOLERANCE:
@@ -159,9 +159,9 @@ def _gap_along_edges(size, poses, a, b):  # type: ignore[no-untyped-def]
 
 
 @njit(no_cpython_wrapper=True)
-def _support(kind, size, poses, i, n):  # type: ignore[no-untyped-def]
+def support(kind, size, poses, i, n):  # type: ignore[no-untyped-def]
     """Return the point of a cylinder or box furthest along a direction of any length."""
-    x, y, z = _into(poses, i, n[0], n[1], n[2])
+    x, y, z = into(poses, i, n[0], n[1], n[2])
     if kind[i] == CYLINDER:
         across = math.sqrt(x * x + y * y)
         scale = size[i, 0] / across if across > 1e-12 * abs(z) else 0.0
@@ -183,12 +183,12 @@ def _search(kind, size, poses, a, b):  # type: ignore[no-untyped-def]
     simplex = np.empty((4, 3))
     count = 0
     # Towards the origin from where the search stands, at first from the centre of a - b.
-    n = _between(poses, a, b)
+    n = between(poses, a, b)
     if dot(n, n) < 1e-18:
         return TOUCHING
     for _ in range(STEPS):
         opposite = (-n[0], -n[1], -n[2])
-        corner = minus(_support(kind, size, poses, a, n), _support(kind, size, poses, b, opposite))
+        corner = minus(support(kind, size, poses, a, n), support(kind, size, poses, b, opposite))
         gap = -dot(corner, n) / math.sqrt(dot(n, n))
         if gap > TOLERANCE:
             return FREE

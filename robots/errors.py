@@ -21,3 +21,7 @@ class DescriptionError(RobotError):
 
 class SamplingError(RobotError):
     """No configurations of the wanted kind could be found."""
+
+
+class ObstacleError(RobotError):
+    """Obstacles that are no boxes and spheres, or a clearance that cannot be."""

@@ -14,6 +14,7 @@ from robots import kinematics
 from robots.arguments import as_floats, shown
 from robots.bodies import Bodies, build_bodies, link_poses
 from robots.chain import Chain, Drive, build_chain, chain_joints, drives, followers
+from robots.clearance import ClearanceChecker
 from robots.collision import CollisionChecker, checked_pairs, find_allowed_pairs
 from robots.description import Description, available_robots, find_description
 from robots.errors import RobotError, UnknownRobotError
@@ -195,6 +196,11 @@ class Robot:
             allowed = tuple(self.find_allowed_collisions())
         pairs = checked_pairs(self.urdf, self.bodies, allowed)
         return CollisionChecker(self.urdf, self.bodies, self._drives, pairs)
+
+    @cached_property
+    def clearance(self) -> ClearanceChecker:
+        """Distances of the links that move from obstacles."""
+        return ClearanceChecker(self)
 
     def find_allowed_collisions(self) -> list[tuple[str, str, str]]:
         """Find the pairs that are adjacent or always touch: what `robot.yaml` may list."""

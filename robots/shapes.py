@@ -50,7 +50,11 @@ class Shapes(NamedTuple):
 
 
 def build_shapes(
-    urdf: Urdf, bodies: Bodies, pairs: Sequence[tuple[str, str]], mesh_boxes: dict[str, Any]
+    urdf: Urdf,
+    bodies: Bodies,
+    pairs: Sequence[tuple[str, str]],
+    mesh_boxes: dict[str, Any],
+    further: Sequence[str] = (),
 ) -> Shapes:
     """Collect the shapes of the links that occur in the pairs.
 
@@ -60,8 +64,9 @@ def build_shapes(
         pairs: Pairs of links to check.
         mesh_boxes: Corners (2, 3) of the bounding box of each mesh in its own frame, m, under
             the name `<link>_<number of the shape>`.
+        further: Links with shapes that are collected as well.
     """
-    links = list(dict.fromkeys(link for pair in pairs for link in pair))
+    links = list(dict.fromkeys([*(link for pair in pairs for link in pair), *further]))
     rows: list[tuple[int, Array, int, Array]] = []
     members: dict[str, list[int]] = {}
     for link in links:

@@ -14,6 +14,7 @@ from pipeline.progress import LOGGER
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.topics.suites import (
     Rows,
+    cluttered,
     leaders,
     partial,
     suites,
@@ -79,7 +80,8 @@ def tables(rows: Rows, config: ReportConfig, origin: Origin) -> list[str]:
         config: Success and confidence.
         origin: What made the rows.
     """
-    made = [make(rows, config) for make in (suites, unreachable, partial, tracking, leaders)]
+    kinds = (suites, unreachable, partial, tracking, cluttered, leaders)
+    made = [make(rows, config) for make in kinds]
     for table in made:
         table.origin = origin
     return [table.to_markdown() for table in made if table.rows]

@@ -13,7 +13,7 @@ from pipeline.commands.arguments import command_parser
 from pipeline.data.files import write_text
 from pipeline.engine.cores import usable_cores
 from pipeline.progress import bar
-from robots import load_robot
+from robots import Obstacles, load_robot
 from robots.compile_notice import stay_silent
 from robots.compiled_cache import source_digest
 
@@ -89,6 +89,14 @@ def _freedoms() -> None:
     load_solver("lm", robot).explain(robot.forward_kinematics(robot.home)[0])
 
 
+def _avoid() -> None:
+    from pipeline.loading import load_solver
+
+    robot = load_robot(ROBOT)
+    poses = robot.forward_kinematics(robot.home[None])
+    load_solver("lm", robot).solve(poses, avoid=Obstacles())
+
+
 def _planner() -> None:
     from pipeline.loading import load_solver
     from pipeline.planning import plan_motion
@@ -100,6 +108,7 @@ def _planner() -> None:
 
 
 KERNELS = {
+    "avoid": _avoid,
     "planner": _planner,
     "cycleik_refined": lambda: _solver("cycleik_refined"),
     "robot": _robot,

@@ -81,6 +81,9 @@ def _pose_facts(task: EvaluationTask) -> dict[str, Any]:
         following["freedoms"] = array_checksum(widths_of(task.freedoms, len(task.poses)))
     if task.follows is not None:
         following["follows"] = array_checksum(task.follows.astype(np.float64))
+    if task.avoid is not None:
+        said = "\n".join(each.to_json() for each in task.avoid)
+        following["avoid"] = hashlib.sha256(said.encode()).hexdigest()
     return {
         **following,
         "initial": HOME if task.initial is None else array_checksum(task.initial),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from baselines.freedom import Freedom, nearest_allowed, widths_of
 from pipeline.evaluation.metrics import PoseErrors, pose_errors
-from pipeline.evaluation.verification import tip_poses, within_limits
+from pipeline.evaluation.verification import self_collisions, tip_poses, within_limits
 
 if TYPE_CHECKING:
     from baselines import Solution
@@ -39,6 +39,7 @@ COLUMNS = {
     "paper_idle_position_error_mm": "the same, mean over the axes [mm]",
     "paper_idle_rotation_error_deg": "the same, mean over the axes [deg]",
     "within_limits": "every joint within its limits, rounding aside",
+    "self_collision": "whether the robot hits itself; none where its shapes cannot be used",
     "claimed_and_wrong": "claimed found, but beyond the claim's tolerance or a joint limit",
     "time_per_pose_us": "wall time of the call, shared out over its poses [us]",
     "solver_time_us": "the solver's own clock, per pose [us]",
@@ -90,6 +91,7 @@ def raw_rows(
         **_error_columns(errors, ""),
         **_error_columns(idle_errors(robot, targets, freedoms), "idle_"),
         "within_limits": inside,
+        "self_collision": self_collisions(robot, joints),
         "claimed_and_wrong": found & (missed | ~inside),
         "time_per_pose_us": times_us,
         "solver_time_us": np.concatenate([answer.time_s for answer in answers]) * US_PER_S,

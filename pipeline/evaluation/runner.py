@@ -163,11 +163,12 @@ def _solve_chunk(
 def _call(task: EvaluationTask, budget: Budget | None) -> Solution:
     """One query; a solver that fails gives its home configuration and the reason."""
     robot, count = task.robot, len(task.poses)
+    further = {"avoid": task.avoid} if task.asks_to_avoid else {}
     try:
         if task.in_part and task.freedoms is not None:
             solution = task.solver.solve_partial(task.poses, task.freedoms, task.initial, budget)
         else:
-            solution = task.solver.solve(task.poses, initial=task.initial, budget=budget)
+            solution = task.solver.solve(task.poses, initial=task.initial, budget=budget, **further)
     except (SolverError, ArithmeticError, RuntimeError, np.linalg.LinAlgError) as error:
         failed = Solution.empty(count, robot.dof)
         reason = f"{type(error).__name__}: {error}"

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from baselines.abilities import PARTIAL
 from pipeline.evaluation.config import HOME, EvaluateConfig
 
 if TYPE_CHECKING:
-    from robots import Robot
+    from robots import Obstacles, Robot
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,8 @@ class EvaluationTask:
             are solved one by one then.
         freedoms: What each of the N targets leaves open; None for whole poses. A solver that
             knows whole poses only solves those, and is judged under the freedoms all the same.
+        avoid: Obstacles of each pose, N sets; solvers that know nothing of them solve without. None
+            for no question of collision.
         code: Digest of the code behind the rows; rows of other code are not reused.
     """
 
@@ -46,6 +49,7 @@ class EvaluationTask:
     seeder: Solver | None = None
     follows: NDArray[np.bool_] | None = None
     freedoms: tuple[Freedom, ...] | None = None
+    avoid: Sequence[Obstacles] | None = None
     code: str = ""
 
     @property
@@ -76,17 +80,31 @@ class EvaluationTask:
         if initial is not None and initial.ndim == 2:
             initial = initial[rows]
         follows = None if self.follows is None else self.follows[rows]
-        freedoms = self.freedoms
-        if freedoms is not None:
-            freedoms = tuple(freedoms[row] for row in np.arange(len(freedoms))[rows])
-        poses = self.poses[rows]
-        return replace(self, poses=poses, initial=initial, follows=follows, freedoms=freedoms)
+        freedoms, avoid = _of(self.freedoms, rows), _of(self.avoid, rows)
+        return replace(
+            self,
+            poses=self.poses[rows],
+            initial=initial,
+            follows=follows,
+            freedoms=None if freedoms is None else tuple(freedoms),
+            avoid=avoid,
+        )
+
+    @property
+    def asks_to_avoid(self) -> bool:
+        """Whether the solver is told what to avoid."""
+        return self.avoid is not None and self.solver.skip_avoiding() is None
 
     def seeded(self) -> EvaluationTask:
         """Return the same task with the seeder's answers as initial guesses."""
         if self.seeder is None:
             return self
         return replace(self, initial=self.seeder.solve(self.poses).joints, seeder=None)
+
+
+def _of(each: Sequence[Any] | None, rows: slice | NDArray[np.int64]) -> list[Any] | None:
+    """What some rows have of a list with one thing a pose."""
+    return None if each is None else [each[row] for row in np.arange(len(each))[rows]]
 
 
 def accepted_budget(solver: Solver, config: EvaluateConfig) -> Budget | None:

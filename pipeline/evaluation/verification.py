@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 import pinocchio
 from numpy.typing import ArrayLike, NDArray
 
 from pipeline.errors import PipelineError
-from robots.errors import RobotError
+from robots.errors import RobotError, UrdfError
 from robots.rotations import canonical
 
 if TYPE_CHECKING:
@@ -68,3 +69,21 @@ def within_limits(robot: Robot, joints: ArrayLike, slack: float) -> NDArray[np.b
         (N,) flags.
     """
     return robot.within_limits(joints, slack)
+
+
+def self_collisions(robot: Robot, joints: ArrayLike) -> pd.arrays.BooleanArray:
+    """Return which configurations bring a robot into collision with itself.
+
+    Args:
+        robot: The robot, with the pairs of links that it may let touch.
+        joints: (N, dof) [rad or m].
+
+    Returns:
+        (N,) flags; none is known of a robot with a collision shape that cannot be used.
+    """
+    try:
+        touching = robot.in_collision(joints)
+    except UrdfError:
+        unknown = np.ones(len(np.asarray(joints)), dtype=bool)
+        return pd.arrays.BooleanArray(np.zeros_like(unknown), unknown)
+    return pd.arrays.BooleanArray(touching, np.zeros_like(touching))

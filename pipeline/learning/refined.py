@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import baselines
 from baselines import Budget, SettingError, Solution
+from baselines.avoid import refine_avoiding
 from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
 from baselines.kernel_abilities import KernelAbilities
 from baselines.lm import LevenbergMarquardt
@@ -20,7 +21,7 @@ from baselines.refine_torch import refine_place, refine_torch
 from baselines.registry import settings
 from baselines.seed_library import LIBRARY_SEED, SeedLibrary, build_seed_library
 from pipeline.learning.solver import Hypotheses, NeuralSolver
-from robots import Robot
+from robots import Obstacles, Robot
 from robots.suggestions import unknown_name
 
 POSITION, ROTATION = "position_tolerance_m", "rotation_tolerance_rad"
@@ -58,6 +59,7 @@ class RefinedSolver(KernelAbilities, CompiledQuerySolver):
     """
 
     requires: ClassVar[tuple[str, ...]] = ("torch",)
+    avoids: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -142,6 +144,24 @@ class RefinedSolver(KernelAbilities, CompiledQuerySolver):
         self, poses: NDArray[np.float64], initial: NDArray[np.float64], budget: Budget | None
     ) -> Solution:
         return self._refined(poses, initial[:, None], budget)
+
+    def _solve_avoiding(
+        self,
+        poses: NDArray[np.float64],
+        initial: NDArray[np.float64] | None,
+        budget: Budget | None,
+        sets: list[Obstacles],
+    ) -> Solution:
+        """Descend from the initial guess, then from every hypothesis, the best first."""
+        start = time.perf_counter()
+        seeds = self.hypotheses(poses).joints
+        network_s = (time.perf_counter() - start) / len(poses)
+        if initial is not None:
+            seeds = np.concatenate((initial[:, None], seeds), axis=1)
+        bound = self.options(budget), self.kernel.slide, self.library, sets
+        refined = refine_avoiding(self.robot, poses, seeds, *bound)
+        refined.time_s[:] += network_s
+        return refined.solution()
 
     def _refined(
         self, poses: NDArray[np.float64], first: NDArray[np.float64], budget: Budget | None

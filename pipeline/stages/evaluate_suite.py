@@ -16,7 +16,7 @@ from pipeline.stages.evaluate import Job, each_solver, write_rows
 from pipeline.stages.inputs import artifacts, robot_of, suite_of
 from pipeline.stages.solvers import code_of, solver_of
 from pipeline.suites.problems import freedoms
-from pipeline.suites.rows import follows, initial, with_abilities, with_problems
+from pipeline.suites.rows import follows, initial, obstacles, with_abilities, with_problems
 
 if TYPE_CHECKING:
     from pipeline.settings import Config
@@ -60,6 +60,7 @@ def _one(job: Job) -> Path:
         initial=initial(suite.problems, robot),
         follows=follows(suite.problems),
         freedoms=freedoms(suite.problems),
+        avoid=obstacles(suite.problems),
         code=code_of(__name__, {"solver": [name]}, config),
     )
     facts = {
@@ -71,6 +72,7 @@ def _one(job: Job) -> Path:
     title = f"evaluate_suite-{robot.name}-{suite.name}-{label}"
 
     def completed(rows: pd.DataFrame) -> pd.DataFrame:
-        return with_abilities(with_problems(rows, suite, robot), suite, solver)
+        known = with_problems(rows, suite, robot, task.asks_to_avoid)
+        return with_abilities(known, suite, solver)
 
     return write_rows(task, config, path, title, facts, completed)

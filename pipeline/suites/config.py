@@ -11,8 +11,9 @@ from pipeline.checks import at_least, one_of, positive, positive_all, within
 from pipeline.errors import ConfigError
 
 # Generators that are judged in their own way: by a true "no", by whole trajectories, in which the
-# size of the second is counted as well, and under freedoms.
-UNREACHABLE, TRACKING, PARTIAL = "unreachable", "tracking", "partial"
+# size of the second is counted as well, under freedoms, and by what is free of collision.
+UNREACHABLE, TRACKING = "unreachable", "tracking"
+PARTIAL, CLUTTERED = "partial", "cluttered"
 
 
 @dataclass
@@ -122,6 +123,30 @@ class PartialConfig(SuiteConfig):
         one_of("suite.axis", self.axis, ("x", "y", "z"))
 
 
+@dataclass
+class ClutteredConfig(SuiteConfig):
+    """Obstacles around a configuration that is known to be free."""
+
+    clearances_mm: list[float] = MISSING
+    asked: float = MISSING
+    obstacles: int = MISSING
+    blocking: int = MISSING
+    half_size_mm: list[float] = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse clearances that are none, and obstacles without a size."""
+        super().__post_init__()
+        positive_all("suite.clearances_mm", self.clearances_mm)
+        within("suite.asked", self.asked, 0.0, 1.0)
+        positive("suite.obstacles", self.obstacles)
+        within("suite.blocking", self.blocking, 0, self.obstacles)
+        positive_all("suite.half_size_mm", self.half_size_mm)
+        if len(self.half_size_mm) != 2 or self.half_size_mm[0] > self.half_size_mm[1]:
+            raise ConfigError(
+                f"suite.half_size_mm is [least, largest], not {list(self.half_size_mm)}"
+            )
+
+
 CLASSES: dict[str, type[SuiteConfig]] = {
     "uniform": SuiteConfig,
     "at_limits": AtLimitsConfig,
@@ -131,6 +156,7 @@ CLASSES: dict[str, type[SuiteConfig]] = {
     "warm": WarmConfig,
     TRACKING: TrackingConfig,
     PARTIAL: PartialConfig,
+    CLUTTERED: ClutteredConfig,
 }
 
 

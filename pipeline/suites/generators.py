@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from pipeline.data.tables import TableError, read_metadata, read_table, write_table
 from pipeline.seeding import derive_seed
 from pipeline.suites import postures
-from pipeline.suites.config import PARTIAL, TRACKING, UNREACHABLE, SuiteConfig
+from pipeline.suites.cluttered import cluttered
+from pipeline.suites.config import CLUTTERED, PARTIAL, TRACKING, UNREACHABLE, SuiteConfig
 from pipeline.suites.drawing import SuiteError
 from pipeline.suites.partial import partial
 from pipeline.suites.problems import Problems, checksum, from_frame, to_frame
@@ -31,6 +32,7 @@ GENERATORS: dict[str, Callable[..., Problems]] = {
     "warm": warm,
     TRACKING: tracking,
     PARTIAL: partial,
+    CLUTTERED: cluttered,
 }
 
 

@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 STRATUM = "stratum"
 EVIDENCE = "evidence_"  # begins columns that say how something is known; not part of the checksum
 FREEDOM = ("along_x_m", "along_y_m", "along_z_m", "about_x_rad", "about_y_rad", "about_z_rad")
+OBSTACLES = "obstacles"  # column of obstacles, in their plain form
 START = "start_"  # begins columns of the configuration that a solver starts from
 COLUMNS = {
     "x": "target in the base frame [m]; likewise y and z",
@@ -39,6 +40,9 @@ COLUMNS = {
     "rate_hz": "waypoints a second",
     "along_x_m": "how far the tip may be from the target along x of its frame [m], infinite: free; "
     "likewise along y and z, and about_x_rad [rad] about the axes; only in partial",
+    OBSTACLES: "boxes and spheres in the base frame and the clearance that is asked [m], as JSON; "
+    "only in cluttered, as the next",
+    "clearance_mm": "that the known configuration keeps from them [mm]",
     "evidence_…": "how it is known that a pose cannot be reached; only in unreachable",
 }
 

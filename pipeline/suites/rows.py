@@ -14,8 +14,11 @@ from baselines.explanation import LIMITS, ORIENTATION, OUT_OF_REACH
 from pipeline.data.dataset import joint_columns
 from pipeline.suites.config import PARTIAL, UNREACHABLE
 from pipeline.suites.generators import Suite
-from pipeline.suites.problems import EVIDENCE, STRATUM, Problems
+from pipeline.suites.problems import EVIDENCE, OBSTACLES, STRATUM, Problems
 from pipeline.suites.unreachable import ORIENTATION as ORIENTATION_KIND
+from pipeline.suites.verdicts import COLUMNS as VERDICTS
+from pipeline.suites.verdicts import verdicts
+from robots import Obstacles
 
 if TYPE_CHECKING:
     from baselines import Solver
@@ -46,6 +49,11 @@ ABILITY_COLUMNS = {  # of suites that ask for more than a pose
     "explained": "why there is no solution, by solvers that say it; only in unreachable",
     "explained_right": "whether that is true of the kind of problem; only in unreachable",
 }
+AMONG_OBSTACLES = {  # beside those, in cluttered alone
+    "clearance_mm": "that the known configuration keeps [mm]",
+    "asked": "whether the solver was told the obstacles and the clearance",
+    **VERDICTS,
+}
 
 
 def initial(problems: Problems, robot: Robot) -> Array | None:
@@ -59,6 +67,12 @@ def follows(problems: Problems) -> NDArray[np.bool_] | None:
     """Return which poses (N,) start from the answer to the one before; None where none does."""
     step = problems.further.get("step")
     return None if step is None else np.asarray(step > 0)
+
+
+def obstacles(problems: Problems) -> list[Obstacles] | None:
+    """Return the obstacles of each pose with the clearance that is asked; None where none stand."""
+    said = problems.further.get(OBSTACLES)
+    return None if said is None else [Obstacles.from_json(str(each)) for each in said]
 
 
 def with_abilities(rows: pd.DataFrame, suite: Suite, solver: Solver) -> pd.DataFrame:
@@ -82,13 +96,16 @@ def with_abilities(rows: pd.DataFrame, suite: Suite, solver: Solver) -> pd.DataF
     return rows.assign(explained=reasons, explained_right=right)
 
 
-def with_problems(rows: pd.DataFrame, suite: Suite, robot: Robot) -> pd.DataFrame:
-    """Add the columns of `COLUMNS` to the raw rows of answers to a suite.
+def with_problems(
+    rows: pd.DataFrame, suite: Suite, robot: Robot, asked: bool = False
+) -> pd.DataFrame:
+    """Add the columns of `COLUMNS`, and those of `AMONG_OBSTACLES` where obstacles stand, to rows.
 
     Args:
-        rows: Of `pipeline.evaluation.rows`; ``pose`` is the row of the suite.
+        rows: Answers to a suite, of `pipeline.evaluation.rows`; ``pose`` is the row of the suite.
         suite: That was answered.
         robot: The robot.
+        asked: Whether the solver was told what to avoid, where there is anything.
     """
     problems = suite.problems.at(rows.pose.to_numpy())
     joints = rows[joint_columns(robot)].to_numpy(dtype=np.float64)
@@ -102,8 +119,10 @@ def with_problems(rows: pd.DataFrame, suite: Suite, robot: Robot) -> pd.DataFram
     turned = robot.nearest_turns(joints, np.where(np.isnan(known), joints, known))
     rows["known_distance"] = np.abs(turned - known).max(axis=1)
     for name, values in problems.further.items():
-        if not name.startswith(EVIDENCE):
+        if not name.startswith(EVIDENCE) and name != OBSTACLES:
             rows[name] = values
+    if (sets := obstacles(problems)) is not None:
+        rows = rows.assign(asked=asked, **verdicts(robot, joints, sets))
     if "step" in problems.further:
         step = np.full(len(rows), np.nan)
         after = robot.nearest_turns(joints[1:], joints[:-1])

@@ -21,11 +21,11 @@ import sys
 import numpy as np
 from numba import njit
 from robots import load_robot
-from robots.collision_kernel import ROOT, _frames
+from robots.collision_kernel import ROOT, find_frames
 from robots.kinematics import tip_frame
 
 robot = load_robot("panda")
-tree = robot.collision._tree
+tree = robot.collision.tree
 frames = np.zeros((len(tree.parent) + 1, 12))
 frames[0] = ROOT
 rotation, position = np.empty((3, 3)), np.empty(3)
@@ -41,7 +41,7 @@ def kinematics(q):
     return rotation.tobytes() + position.tobytes()
 
 def collision(q):
-    call(_frames, tree, q, frames)
+    call(find_frames, tree, q, frames)
     return frames.tobytes()
 
 kernels = {"kinematics": kinematics, "collision": collision}

@@ -26,7 +26,8 @@ from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig, tolerance_title
 from pipeline.reporting.data import Topic
 from pipeline.reporting.summary import apply_not_found, successes
-from pipeline.suites.config import PARTIAL, TRACKING, UNREACHABLE
+from pipeline.suites.config import CLUTTERED, PARTIAL, TRACKING, UNREACHABLE
+from pipeline.suites.verdicts import TOLERANCE_MM, disagreements, free_by_bullet, free_by_coal
 
 Rows = Mapping[tuple[str, str, str], pd.DataFrame]
 Flags = NDArray[np.bool_]
@@ -111,6 +112,19 @@ FOLLOWED = (
     ),
     number("drift", "drift [rad]"),
 )
+AMONG_OBSTACLES = (
+    ROBOT,
+    KIND,
+    SOLVER,
+    text("asked", "told the obstacles"),
+    count("poses", "poses"),
+    share("reached_share", "reached [%]"),
+    *_rate("reached and free [%]", "success"),
+    count("own", "in self-collision"),
+    count("false_claims", "claimed, not free"),
+    count("disagreements", "judges differ"),
+    *_time("time [ms]"),
+)
 LEADERS = (
     ROBOT,
     SUITE,
@@ -129,7 +143,7 @@ def suites(rows: Rows, config: ReportConfig) -> Table:
         [
             {**names, **_success(part, config), **_times(part)}
             for names, part in _each(rows)
-            if generator_of(part) not in (UNREACHABLE, TRACKING, PARTIAL)
+            if generator_of(part) not in (UNREACHABLE, TRACKING, PARTIAL, CLUTTERED)
         ],
         SUITES,
         name="suites",
@@ -193,6 +207,25 @@ def tracking(rows: Rows, config: ReportConfig) -> Table:
     )
 
 
+def cluttered(rows: Rows, config: ReportConfig) -> Table:
+    """Solver by clearance: how often a pose among obstacles is reached free of collision."""
+    return Table.of(
+        [
+            {**names, "stratum": kind, **_avoided(part, config), **_times(part)}
+            for names, kind, part in _by(rows, CLUTTERED, "stratum")
+        ],
+        AMONG_OBSTACLES,
+        name="suites_cluttered",
+        title="Poses among obstacles that a free solution is known to",
+        caption="Kind: the clearance that the known configuration keeps; a share of it is asked "
+        "(suite.asked). Reached as in the other suites; free: no self-collision and the asked "
+        "clearance kept, by coal and by PyBullet. Solvers that know nothing of collisions are "
+        "not told the obstacles. Claimed, not free: by a solver that was told, judged by coal. "
+        f"Judges differ: by more than {TOLERANCE_MM:g} mm. {config.confidence * 100:g} % Wilson "
+        "intervals.",
+    )
+
+
 def leaders(rows: Rows, config: ReportConfig) -> Table:
     """The best and the second-best solver of each suite and robot, and whether they are apart."""
     ranked: dict[tuple[str, str, str], list[tuple[str, Interval]]] = {}
@@ -225,7 +258,8 @@ def leaders(rows: Rows, config: ReportConfig) -> Table:
         name="suite_leaders",
         title="Who leads in each suite, and whether that is certain",
         caption=f"Rates are success, success {QUICK}, true no (unreachable; who always says no has "
-        "all of these) and trajectories followed (tracking). "
+        "all of these), trajectories followed (tracking), and poses reached free of collision "
+        "(cluttered). "
         f"Apart: the {config.confidence * 100:g} % Wilson intervals do not overlap.",
     )
 
@@ -263,6 +297,8 @@ def rates(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Interval]:
         return {"true no": _interval(~rows.found.to_numpy(dtype=bool), config)}
     if generator == TRACKING:
         return {"followed": _interval(followed_trajectories(rows, config), config)}
+    if generator == CLUTTERED:
+        return {"reached and free": _interval(solved & _free(rows), config)}
     found = {"success": _interval(solved, config)}
     if (quick := _quick(rows)) is not None:
         found[QUICK] = _interval(solved & quick, config)
@@ -303,6 +339,24 @@ def _true_no(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
 def _asked(rows: pd.DataFrame) -> dict[str, str | None]:
     """What the solver was asked for; nobody knows of answers from elsewhere."""
     return {"solved_as": str(rows.solved_as.iloc[0]) if "solved_as" in rows else None}
+
+
+def _avoided(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
+    solved, asked = solved_poses(rows, config), bool(rows.asked.all())
+    claimed = rows.found.to_numpy(dtype=bool) & asked
+    return {
+        **_counts(solved & _free(rows), config),
+        "asked": "yes" if asked else "no",
+        "reached_share": float(solved.mean()),
+        "own": int(rows.self_collision.sum()),
+        "false_claims": int((claimed & ~free_by_coal(rows)).sum()),
+        "disagreements": int(disagreements(rows).sum()),
+    }
+
+
+def _free(rows: pd.DataFrame) -> Flags:
+    """(N,) which answers both judges find free of collision."""
+    return free_by_coal(rows) & free_by_bullet(rows)
 
 
 def _followed(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
@@ -371,6 +425,7 @@ TOPIC = Topic(
         lambda data: unreachable(data.results.suites, data.config),
         lambda data: partial(data.results.suites, data.config),
         lambda data: tracking(data.results.suites, data.config),
+        lambda data: cluttered(data.results.suites, data.config),
         lambda data: leaders(data.results.suites, data.config),
     ),
 )

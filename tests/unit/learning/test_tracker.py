@@ -69,5 +69,5 @@ def test_choices_are_files_of_conf() -> None:
         tracker = compose([f"tracker={kind}", "results_dir=out"]).tracker
         assert tracker.kind == kind
         assert Path(tracker.folder).parts[-2:] == ("out", "tracker")
-    with pytest.raises(ValueError, match="tracker.kind must be one of none, tensorboard, mlflow"):
+    with pytest.raises(ValueError, match=r"tracker\.kind must be one of none, tensorboard, mlflow"):
         TrackerConfig("wandb", "here")
