@@ -36,3 +36,5 @@ class ViewConfig:
         positive("view.timed_calls", self.timed_calls)
         positive("view.self_motion", self.self_motion)
         at_least("view.trial", self.trial, 0)
+        if self.film is not None and not self.film.endswith(".mp4"):
+            raise ValueError(f"view.film must be a file that ends in .mp4, got '{self.film}'")
