@@ -11,6 +11,7 @@ from pipeline.commands.arguments import command_parser
 from pipeline.commands.view import with_group
 from pipeline.config import compose
 from pipeline.embodiment.loading import is_embodied, setting_name
+from pipeline.grasping.trial import required_scene
 from pipeline.settings import Config
 from pipeline.stages.graph import STAGES
 from pipeline.stages.inputs import artifacts, robot_of
@@ -55,7 +56,8 @@ def _show(config: Config, row: Mapping[str, Any] | None) -> None:
     from pipeline.viewing.trial import run_again
 
     runner, number = load_runner(config), config.view.trial
-    page = Replay(robot_of(config), config.view, f"trial {number}")
+    camera = required_scene(config.grasp, config.robot.name).camera
+    page = Replay(robot_of(config), config.view, f"trial {number}", camera)
     try:
         page.announce()
         film = Path(config.view.film) if config.view.film else None

@@ -22,6 +22,7 @@ from robots.bodies import link_poses
 from robots.rotations import matrix_from_quaternion
 
 if TYPE_CHECKING:
+    from pipeline.grasping.config import CameraConfig
     from robots import Robot
 
 Array = NDArray[np.float64]
@@ -39,13 +40,14 @@ class Replay:
         player: Where in the trial we are.
     """
 
-    def __init__(self, robot: Robot, config: ViewConfig, title: str) -> None:
+    def __init__(self, robot: Robot, config: ViewConfig, title: str, camera: CameraConfig) -> None:
         """Serve the robot at home at an empty place; frames come later.
 
         Args:
             robot: The robot; its base carries its whole body.
             config: Where the page is.
             title: What is shown.
+            camera: Of the trial's films, from where it is seen.
 
         Raises:
             ViewError: viser is missing, or the port is taken.
@@ -59,7 +61,7 @@ class Replay:
         try:
             parts = parts_of(robot, "visual", single_links(robot))
             home = robot.link_poses(robot.home)
-            set_stage(self.server, robot, floor_height(parts, home))
+            set_stage(self.server, robot, floor_height(parts, home), camera)
             self._drawing = RobotDrawing(self.server.scene, "/robot", parts)
             self._drawing.pose(home)
             self._rest = robot.positions(robot.home)
@@ -125,7 +127,7 @@ class Replay:
         now = self.player.time
         self._draw(self._recording, self._recording.at(now))
         phase = self._recording.phase(now)
-        self._say(f"{self._outcome}\n{now:.1f} s {phase}")
+        self._say(f"{self._outcome} · {now:.1f} s {phase}")
         if time.monotonic() - self._slid > SLIDING_S:
             self._slider.value = min(round(now, 2), self._slider.max)
 

@@ -18,11 +18,13 @@ from robots.viewpoints import Picture
 from robots.views import default_view
 
 if TYPE_CHECKING:
+    from pipeline.grasping.config import CameraConfig
     from robots import Robot
 
 Array = NDArray[np.float64]
 SETTING = "the live view"
 FIELD_OF_VIEW_RAD = np.deg2rad(28.0)  # as the pictures of robots have it
+NARROWER = 45.0 / 28.0  # the films' angle of view to that of pictures: as much farther away
 FARTHER = 1.05  # than those pictures, which are square
 MARGIN_M = 0.002  # of the floor below the robot, so that they do not flicker
 CELL_M, SECTION_M = 0.25, 1.0
@@ -72,13 +74,14 @@ def announce(server: Any, config: ViewConfig) -> None:
         webbrowser.open(where)
 
 
-def set_stage(server: Any, robot: Robot, floor: float) -> None:
+def set_stage(server: Any, robot: Robot, floor: float, closer: CameraConfig | None = None) -> None:
     """Light, a floor with a grid, and a camera that has the robot in the picture.
 
     Args:
         server: Of the page.
         robot: The robot; the world is its root's frame.
         floor: Height of the floor [m].
+        closer: Camera of a scene, whose target, yaw and pitch are taken; the robot's otherwise.
     """
     scene = server.scene
     scene.set_up_direction("+z")
@@ -108,6 +111,9 @@ def set_stage(server: Any, robot: Robot, floor: float) -> None:
         position=(0.0, 0.0, floor - MARGIN_M),
     )
     picture = robot.description.picture or default_view(robot, robot.home)
+    if closer is not None:
+        distance = closer.distance * NARROWER
+        picture = Picture(np.array(closer.target), distance, closer.yaw, closer.pitch, 0)
     camera = server.initial_camera
     camera.up = (0.0, 0.0, 1.0)
     camera.fov = float(FIELD_OF_VIEW_RAD)
