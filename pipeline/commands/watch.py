@@ -33,7 +33,7 @@ def watch(arguments: list[str]) -> int:
     overrides = command_parser("watch", DESCRIPTION).takes_overrides().parse(arguments).overrides
     overrides = with_group(overrides)
     config = compose(overrides)
-    row = None
+    row: Mapping[str, Any] | None = None
     if config.view.rows is not None:
         row = trial_row(Path(config.view.rows), config.robot.name, config.view.trial)
         typed = {each.partition("=")[0] for each in overrides}

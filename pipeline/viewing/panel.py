@@ -66,9 +66,10 @@ class Panel:
                     slider.value = inside
 
     def _button(self, gui: Any, label: str, action: Callable[[], object], hint: str) -> None:
-        @gui.add_button(label, hint=hint).on_click
-        def _(event: Any) -> None:
+        def pressed(event: Any) -> None:
             self._inbox.post(label, action)
+
+        gui.add_button(label, hint=hint).on_click(pressed)
 
     def _add_target(self, gui: Any) -> None:
         session = self._session
@@ -84,13 +85,15 @@ class Panel:
                 "From last answer", True, hint="where solvers start; without, they get no guess"
             )
 
-            @buttons.on_click
-            def _(event: Any) -> None:
+            def chosen(event: Any) -> None:
                 self._inbox.post("target", wanted[buttons.value])
 
-            @guided.on_update
-            def _(event: Any) -> None:
+            buttons.on_click(chosen)
+
+            def toggled(event: Any) -> None:
                 self._inbox.post("guided", lambda: session.guide(guided.value))
+
+            guided.on_update(toggled)
 
     def _add_shown(self, gui: Any) -> None:
         session, scene = self._session, self._scene
@@ -100,9 +103,10 @@ class Panel:
                     self._add_ghost(gui, name)
             shapes = gui.add_checkbox("Collision shapes", False)
 
-            @shapes.on_update
-            def _(event: Any) -> None:
+            def changed(event: Any) -> None:
                 self._inbox.post("shapes", lambda: self._show_collisions(shapes.value))
+
+            shapes.on_update(changed)
 
     def _add_ghost(self, gui: Any, name: str) -> None:
         box = gui.add_checkbox(solver_title(name), True)
@@ -111,9 +115,10 @@ class Panel:
             self._scene.wanted[name] = box.value
             self._scene.show(self._session.snapshot)
 
-        @box.on_update
-        def _(event: Any) -> None:
+        def clicked(event: Any) -> None:
             self._inbox.post(f"ghost {name}", change)
+
+        box.on_update(clicked)
 
     def _show_collisions(self, wanted: bool) -> None:
         self._scene.show_collisions(wanted)

@@ -109,11 +109,12 @@ class Replay:
             running.value = False
             player.seek(self._slider.value / duration)
 
-        @self._slider.on_update
-        def _(event: Any) -> None:
+        def moved(event: Any) -> None:
             if event.client is not None:  # not one of our own
                 self._slid = time.monotonic()
                 self.inbox.post("seek", seek)
+
+        self._slider.on_update(moved)
 
         def change() -> None:
             player.speed, player.playing = float(speed.value), running.value

@@ -167,19 +167,22 @@ class SessionScene:
         )
         self._held = False
 
-        @self._gizmo.on_update
-        def _(event: Any) -> None:
+        def dragged(event: Any) -> None:
             if event.client is not None:  # not one of our own
                 pose = self._in_base(self._gizmo.position, self._gizmo.wxyz)
                 inbox.post("target", lambda: session.move_target(pose))
 
-        @self._gizmo.on_drag_start
-        def _(event: Any) -> None:
+        self._gizmo.on_update(dragged)
+
+        def held(event: Any) -> None:
             self._held = True
 
-        @self._gizmo.on_drag_end
-        def _(event: Any) -> None:
+        self._gizmo.on_drag_start(held)
+
+        def released(event: Any) -> None:
             self._held = False
+
+        self._gizmo.on_drag_end(released)
 
     def _in_base(self, position: Array, turn: Array) -> Array:
         """A pose of the page's world in the robot's base frame, shape (7,)."""
