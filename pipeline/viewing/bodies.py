@@ -136,6 +136,22 @@ def _triangles(mesh: Any) -> tuple[Array, NDArray[np.int64]]:
     return np.asarray(split.vertices, dtype=np.float64), np.asarray(split.faces, dtype=np.int64)
 
 
+def inset(part: Part, depth: float) -> Part:
+    """A part whose surface lies deeper, so that it vanishes in its like and does not flicker there.
+
+    Args:
+        part: What to shrink.
+        depth: Along the normals [m].
+    """
+    a, b, c = (part.vertices[part.faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    normals = np.zeros_like(part.vertices)
+    for corner in range(3):
+        np.add.at(normals, part.faces[:, corner], across)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    return replace(part, vertices=part.vertices - depth * normals / np.maximum(lengths, 1e-12))
+
+
 def floor_height(parts: list[Part], poses: Mapping[str, Array]) -> float:
     """Height of the lowest point of a robot [m].
 

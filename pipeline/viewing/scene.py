@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.presentation.style import looks
-from pipeline.viewing.bodies import Colour, Part, floor_height, moving_links, parts_of
+from pipeline.viewing.bodies import Colour, Part, floor_height, inset, moving_links, parts_of
 from pipeline.viewing.inbox import Inbox
 from pipeline.viewing.server import set_stage
 from pipeline.viewing.session import Session, Snapshot
@@ -20,6 +20,7 @@ RED: Colour = (214, 39, 40)
 COLLISION: Colour = (86, 120, 160)
 COLLISION_OPACITY = 0.3
 GIZMO_M = 0.16
+INSET_M = 5e-4  # of each ghost in the one before
 PATH_COLOUR: Colour = (31, 41, 51)
 PATH_WIDTH = 3.0  # pixels
 
@@ -114,8 +115,14 @@ class SessionScene:
         still = self._carriers[robot.urdf.root][0]
         moving = [part for part in plain if part.link != still]
         self._ghosts = {
-            name: RobotDrawing(server.scene, f"/ghosts/{name}", moving, colour, opacity)
-            for name, colour in colours(self.wanted).items()
+            name: RobotDrawing(
+                server.scene,
+                f"/ghosts/{name}",
+                [inset(part, (number + 1) * INSET_M) for part in moving],
+                colour,
+                opacity,
+            )
+            for number, (name, colour) in enumerate(colours(self.wanted).items())
             if name != self._main
         }
         self._collisions: RobotDrawing | None = None

@@ -136,3 +136,19 @@ def test_triangles_of_a_robot_are_its_shapes_gathered_by_what_moves() -> None:
     for link, (anchor, pose) in anchors.items():
         assert poses[anchor] @ pose == pytest.approx(poses[link])
     assert len({anchor for anchor, _ in anchors.values()}) == 3
+
+
+def test_a_part_shrinks_along_its_normals() -> None:
+    pytest.importorskip("trimesh")
+    from pipeline.viewing.bodies import inset, parts_of_shapes
+    from robots.urdf import Shape
+
+    middle = np.eye(4)
+    middle[:3, 3] = [1.0, 2.0, 3.0]
+    (ball,) = parts_of_shapes("ball", [Shape("sphere", (0.5,), middle)])
+    radius = np.linalg.norm(inset(ball, 0.1).vertices - middle[:3, 3], axis=1)
+    assert radius == pytest.approx(0.4, abs=2e-3)
+    (box,) = parts_of_shapes("box", [Shape("box", (0.2, 0.4, 0.6), np.eye(4))])
+    assert np.abs(inset(box, 0.01).vertices).max(axis=0) == pytest.approx([0.1, 0.2, 0.3])
+    sides = np.abs(np.abs(inset(box, 0.01).vertices) - [0.09, 0.19, 0.29]) < 1e-9
+    assert (sides.sum(axis=1) == 1).all()  # each side moves by itself: its corners were split
