@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import fields
 
 from baselines import Solver, SolverError
-from baselines.registry import using
+from baselines.registry import file_settings, using
 from pipeline.commands.arguments import command_parser
 from pipeline.config import compose
 from pipeline.data.tables import read_table
@@ -63,6 +63,7 @@ def ready_solvers(config: Config, robot: Robot) -> dict[str, Solver]:
     """Load the solvers of the view, the one to be drawn solid first; say which cannot run.
 
     Raises:
+        UnknownSolverError: There is no solver of a name.
         SolverError: None can run.
         WeightsError: Likewise, for want of a network.
     """
@@ -70,6 +71,7 @@ def ready_solvers(config: Config, robot: Robot) -> dict[str, Solver]:
     found: dict[str, Solver] = {}
     problem: SolverError | WeightsError | None = None
     for name in wanted:
+        file_settings(name)  # a name that no solver has is no reason to go on without it
         try:
             with using(config.solver):
                 found[name] = load_solver(name, robot, profile=config.profile)

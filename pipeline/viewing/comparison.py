@@ -6,7 +6,7 @@ import time
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
-from statistics import median
+from statistics import median_low
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -102,7 +102,7 @@ class Comparison:
             found=found,
             position_mm=float(errors.position_mm[0]),
             rotation_deg=float(errors.rotation_deg[0]),
-            call_us=US_PER_S * median(self._times[name]),
+            call_us=US_PER_S * median_low(self._times[name]),
             jump=float(np.abs(joints - before).max()),
             colliding=colliding_links(self.robot, joints),
         )

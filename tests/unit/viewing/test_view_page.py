@@ -12,8 +12,10 @@ from urllib.request import urlopen
 import numpy as np
 import pytest
 
-from pipeline.commands.view import KEYS, with_group
+from baselines.errors import UnknownSolverError
+from pipeline.commands.view import KEYS, ready_solvers, with_group
 from pipeline.config import compose
+from pipeline.learning.card import WeightsError
 from pipeline.loading import load_solver
 from pipeline.viewing.comparison import Comparison
 from pipeline.viewing.errors import ViewError
@@ -32,6 +34,19 @@ def test_keys_of_the_group_need_no_prefix() -> None:
     assert (config.view.solver, config.view.port, config.view.open) == ("lm", 0, False)
     assert (config.robot.name, config.view.rate, config.view.film) == ("nicol", 10.0, "a.mp4")
     assert not set(KEYS) & {"robot", "profile", "seed", "results_dir", "grasp", "plan"}
+
+
+def test_solvers_that_cannot_run_are_left_out_and_unknown_ones_refused(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    robot = load_robot(urdf=FIXTURE, base="base", tip="tip")  # no network is trained for it
+    config = compose(["view.solver=cycleik_refined", "view.solvers=[lm]"])
+    assert list(ready_solvers(config, robot)) == ["lm"]
+    assert "left out: there are no trained weights" in capsys.readouterr().out
+    with pytest.raises(UnknownSolverError, match="lmm"):
+        ready_solvers(compose(["view.solver=lmm"]), robot)
+    with pytest.raises(WeightsError):
+        ready_solvers(compose(["view.solvers=[cycleik]"]), robot)
 
 
 def test_the_camera_of_a_picture_stands_where_pybullets_does() -> None:
