@@ -37,6 +37,7 @@ BOXES = {
     "speech": "recogniser, synthesiser",
     "embodiment": "an agent in a body at a table",
     "tuning": "hyperparameter search",
+    "viewing": "solvers and trials in a browser",
     "presentation": "tables and figures",
     "reporting": "report.html, claims",
     "leaderboard": "committed lines, ranks",

@@ -20,6 +20,7 @@ PACKAGES = {
     "speech.recogniser=grammar": ("pocketsphinx", "speech"),
     "speech.recogniser=whisper": ("faster_whisper", "whisper"),
     "the microphone": ("sounddevice", "speech"),
+    "the live view": ("viser", "view"),
 }
 PROGRAMS = {"speech.synthesiser=flite": "flite", "speech.synthesiser=espeak_ng": "espeak-ng"}
 

@@ -29,6 +29,7 @@ from pipeline.reporting.config import ReportConfig
 from pipeline.speech.config import SpeechConfig
 from pipeline.suites.config import SuiteConfig
 from pipeline.tuning.config import TuneConfig, check_space
+from pipeline.viewing.config import ViewConfig
 
 
 @dataclass
@@ -106,6 +107,7 @@ class Config:
     export: ExportConfig = field(default_factory=ExportConfig)
     report: ReportConfig = field(default_factory=ReportConfig)
     engine: EngineConfig = field(default_factory=EngineConfig)
+    view: ViewConfig = field(default_factory=ViewConfig)
     # Folder of the trained weights of each neural solver, filled in before a stage runs; no key.
     weights: dict[str, str] = field(default_factory=dict)
 

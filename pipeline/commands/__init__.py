@@ -57,6 +57,12 @@ RUNNING = {
     "chat": Command(
         "chat.chat", "talk to a robot at its table, by text or by speech: chat robot=nicol"
     ),
+    "view": Command(
+        "view.view", "drag a target in the browser, several solvers answer: view robot=nicol"
+    ),
+    "watch": Command(
+        "watch.watch", "a grasp trial in the browser: watch robot=nicol trial=17 film=out.mp4"
+    ),
 }
 LOOKING = {
     "robots": Command("look.robots", "the robots, their joints and limits"),

@@ -26,6 +26,7 @@ from pipeline.commands.paper import OWN
 from pipeline.commands.protocols import NAME as PROTOCOLS
 from pipeline.commands.site import COMPARE, DIR
 from pipeline.commands.suites import NAME as SUITES
+from pipeline.commands.view import with_group
 from pipeline.config import compose, sweep
 from pipeline.locations import CONF_DIR
 from pipeline.stages.graph import STAGES
@@ -84,6 +85,8 @@ def test_a_command_of_the_pipeline_is_one_and_its_keys_compose(
     assert set(flags) <= {"-m", "--multirun"}
     if name in STAGES:
         assert [item for item in arguments if item not in (*keys, *flags, "--help")] == []
+    if name in ("view", "watch"):
+        keys = with_group(keys)
     if flags:
         runs = sweep(keys)
         assert len(runs) > 1
