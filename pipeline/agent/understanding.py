@@ -61,9 +61,10 @@ class Reader(Transformer[Token, Any]):
     ) -> None:
         """Take what words mean, which objects a GROUP or PROPERTY has, and what is in view."""
         super().__init__()
-        self._meaning, self._members = grammar.meaning, members
+        self._meaning, self._members, self._nouns = grammar.meaning, members, grammar.phrases["NAME"]
         self._seen = {each.name: each for each in sorted(seen, key=ORDERS["right_to_left"])}
         self._last = [last] if last in self._seen else []
+        self._named: set[str] = set()
         self.remarks: list[str] = []
 
     def np(self, parts: list[Any]) -> list[str]:
@@ -76,8 +77,10 @@ class Reader(Transformer[Token, Any]):
             return self._remark(f"I do not see {article(phrase_of(name))}.")
         placed = "SELECTOR" in words or any(isinstance(each, _Choice) for each in parts)
         many = _is_many(words, placed)
-        choices = [] if name else list(self._choices(parts, many))
+        parts = [each for each in parts if not name or self._is_colour(each)]
+        choices = list(self._choices(parts, many))
         fit = [each for each in self._seen.values() if not name or each.name == name]
+        fit = [each for each in fit if "REST" not in words or each.name not in self._named]
         for keep, measure, _ in choices:
             fit = sorted(filter(keep, fit), key=measure)
         if not fit:
@@ -85,6 +88,7 @@ class Reader(Transformer[Token, Any]):
         told = len(fit) < 2 or any(c.clearly and _is_told(fit, c) for c in choices)
         names = [each.name for each in fit]
         self._last = names if many else self._counted(words, names, told)
+        self._named |= set(self._last)
         return self._last
 
     def ref(self, parts: list[Any]) -> Seen | None:
@@ -126,6 +130,10 @@ class Reader(Transformer[Token, Any]):
             elif each.type == "SELECTOR":
                 measure = SELECTORS.get(self._meaning(each)) or middle(list(self._seen.values()))
                 yield _Choice(lambda seen: True, measure, 1.0)
+
+    def _is_colour(self, part: Any) -> bool:
+        """Whether an object of that name must be so; not where the word is a noun: orange ball."""
+        return getattr(part, "type", "") == "PROPERTY" and part not in self._nouns
 
     def _referred(self, word: str) -> list[str]:
         if not self._last:
@@ -276,7 +284,7 @@ def _is_told(fit: Sequence[Seen], choice: _Choice) -> bool:
 
 def _is_many(words: Mapping[str, str], placed: bool) -> bool:
     """Whether several objects are meant; one kind of fruit may be, unless a place tells one."""
-    if {"ALL", "EVERYTHING"} & set(words):
+    if {"ALL", "EVERYTHING", "REST"} & set(words):
         return True
     if {"NUMBER", "ORDINAL", "A", "NAME", "THING"} & set(words):
         return False

@@ -50,6 +50,10 @@ RUNNING = {
         "protocols.protocols_of",
         "the same solvers as six groups measure them, six rankings: protocols robot=panda",
     ),
+    "instructions": Command(
+        "instructions.instructions",
+        "120 instructions to an agent, plan success by family: instructions agent=policy",
+    ),
     "warm": Command("warm.warm", "compile the kernels before somebody waits for them"),
     "chat": Command(
         "chat.chat", "talk to a robot at its table, by text or by speech: chat robot=nicol"
