@@ -11,7 +11,7 @@ from pipeline.agent.action import FACES, KINDS, PLACES
 from pipeline.agent.places import MIDDLE, ORDERS, RELATIONS, SELECTORS
 from pipeline.checks import at_least, one_of, positive, within
 
-AGENTS = ("none", "policy", "endpoint")
+AGENTS = ("none", "policy", "endpoint", "replay")
 MEANINGS = {  # what phrases of the vocabulary may mean, by its key
     "verbs": tuple(kind for kind in KINDS if kind != "done"),
     "selectors": (*SELECTORS, MIDDLE),
@@ -87,6 +87,8 @@ class AgentConfig:
     """The source of answers to instructions, and the bounds of a turn."""
 
     kind: str = MISSING
+    file: str | None = None  # of agent=replay
+    record: str | None = None  # null = nothing is recorded
     actions: list[str] = MISSING
     max_instruction_chars: int = MISSING
     max_reply_chars: int = MISSING
@@ -102,6 +104,8 @@ class AgentConfig:
     def __post_init__(self) -> None:
         """Refuse unknown agents and actions, and bounds that let nothing through."""
         one_of("agent.kind", self.kind, AGENTS)
+        if self.kind == "replay" and not self.file:
+            raise ValueError("agent=replay needs agent.file=FILE, which agent.record=FILE wrote")
         if not isinstance(self.actions, str):
             for action in self.actions:
                 one_of("agent.actions", action, KINDS)

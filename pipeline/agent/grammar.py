@@ -1,4 +1,4 @@
-"""The grammar of instructions: its rules, and the vocabulary with the objects in view as terminals."""
+"""The grammar of instructions: its rules, with vocabulary and objects in view as terminals."""
 
 from __future__ import annotations
 
@@ -48,7 +48,9 @@ class Grammar:
             names: Labels of objects in view; those that the vocabulary knows are known anyhow.
         """
         self.phrases = _phrases(vocabulary, names)
-        self.words = {word for listed in self.phrases.values() for p in listed for word in p.split()}
+        self.words = {
+            word for listed in self.phrases.values() for p in listed for word in p.split()
+        }
         self._verbs = {p.split()[0] for listed in vocabulary.verbs.values() for p in listed}
 
     def normalise(self, text: str) -> str:
@@ -113,7 +115,16 @@ def _phrases(vocabulary: VocabularyConfig, names: Iterable[str]) -> dict[str, di
         terminal: _inverted({kind: vocabulary.verbs.get(kind, []) for kind in listed})
         for terminal, listed in (kinds | {"SPEAK": ("speak",)}).items()
     }
-    for group in ("selectors", "relations", "orders", "numbers", "ordinals", "bounds", "faces", "places"):
+    for group in (
+        "selectors",
+        "relations",
+        "orders",
+        "numbers",
+        "ordinals",
+        "bounds",
+        "faces",
+        "places",
+    ):
         found[group.upper().removesuffix("S")] = _inverted(getattr(vocabulary, group))
     found["GROUP"] = {word: word for word in vocabulary.groups}
     found["PROPERTY"] = {word: word for word in vocabulary.properties}

@@ -1,16 +1,25 @@
-"""From the tree of an instruction to its meaning: what is to be done with which object, in order."""
+"""From the tree of an instruction to its meaning: what to do with which object, in order."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 from lark import Token, Transformer
 
 from pipeline.agent.grammar import Grammar, phrase_of
-from pipeline.agent.places import MIDDLE, ORDERS, RELATIONS, SELECTORS, SIDES
-from pipeline.agent.places import Measure, distance, is_between, middle
+from pipeline.agent.places import (
+    ORDERS,
+    RELATIONS,
+    SELECTORS,
+    SIDES,
+    Measure,
+    distance,
+    is_between,
+    middle,
+)
 from pipeline.agent.scene_text import Seen
 
 Members = Mapping[str, Mapping[str, Sequence[str]]]
@@ -61,7 +70,11 @@ class Reader(Transformer[Token, Any]):
     ) -> None:
         """Take what words mean, which objects a GROUP or PROPERTY has, and what is in view."""
         super().__init__()
-        self._meaning, self._members, self._nouns = grammar.meaning, members, grammar.phrases["NAME"]
+        self._meaning, self._members, self._nouns = (
+            grammar.meaning,
+            members,
+            grammar.phrases["NAME"],
+        )
         self._seen = {each.name: each for each in sorted(seen, key=ORDERS["right_to_left"])}
         self._last = [last] if last in self._seen else []
         self._named: set[str] = set()
@@ -124,9 +137,9 @@ class Reader(Transformer[Token, Any]):
             elif each.type in ("GROUP", "PROPERTY", "NAME"):
                 word = self._meaning(each)
                 members = self._members.get(each.type, {}).get(word, [word])
-                yield _Choice(lambda seen, members=members: seen.name in members)
+                yield _Choice(partial(_is_of, members))
             elif each.type == "SELECTOR" and many and (side := SIDES.get(self._meaning(each))):
-                yield _Choice(lambda seen, side=side: seen.side == side)
+                yield _Choice(partial(_is_at, side))
             elif each.type == "SELECTOR":
                 measure = SELECTORS.get(self._meaning(each)) or middle(list(self._seen.values()))
                 yield _Choice(lambda seen: True, measure, 1.0)
@@ -187,8 +200,8 @@ class Reader(Transformer[Token, Any]):
     def act(self, parts: list[Any]) -> list[Intent]:
         """Return the intents of a verb; one without a target if there is no such object."""
         names = _flat(parts)
-        for change in filter(callable, parts):
-            names = change(names)
+        for each in parts:
+            names = each(names) if callable(each) else names
         return [Intent(self._kind(parts), name) for name in names or [""]]
 
     more = act
@@ -262,6 +275,14 @@ class Reader(Transformer[Token, Any]):
 def article(words: str) -> str:
     """Return words with the indefinite article."""
     return f"{'an' if words[:1] in 'aeiou' else 'a'} {words}"
+
+
+def _is_of(members: Sequence[str], seen: Seen) -> bool:
+    return seen.name in members
+
+
+def _is_at(side: str, seen: Seen) -> bool:
+    return seen.side == side
 
 
 def _flat(parts: Sequence[Any]) -> list[Any]:

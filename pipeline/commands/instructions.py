@@ -31,8 +31,11 @@ def instructions(arguments: list[str]) -> int:
     """Run the suite with one agent."""
     given = command_parser("instructions", DESCRIPTION).takes_overrides().parse(arguments).overrides
     keys = {each.partition("=")[0] for each in given}
-    defaults = [f"{key}={value}" for key, value in (("agent", "policy"), ("robot", "nicol"))
-                if key not in keys]
+    defaults = [
+        f"{key}={value}"
+        for key, value in (("agent", "policy"), ("robot", "nicol"))
+        if key not in keys
+    ]
     config = compose([*defaults, *given])
     suite = read_suite()
     agents = agent_factory(config.agent, config.robot.name)

@@ -11,6 +11,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from pipeline.agent import Action, Turn
+from pipeline.agent.action import KINDS, OF_OBJECTS
 from pipeline.errors import PipelineError
 
 WITHOUT_ACTION = ("ask", "refuse", "nothing")
@@ -64,7 +65,9 @@ def _step(text: str, names: Collection[str]) -> Step:
     for each in found["actions"].split("+"):
         kind, _, target = each.strip().partition(" ")
         targets = names if target == "ALL" else [target]
-        if kind in ("grasp", "push", "point") and not set(targets) <= set(names):
+        if kind not in KINDS or not target:
+            raise SuiteError(f"'{text}': an action is a kind and a target, got '{each.strip()}'")
+        if kind in OF_OBJECTS and not set(targets) <= set(names):
             raise SuiteError(f"'{text}': {target} must be one of {sorted(names)}")
         actions |= {f"{kind} {name}" for name in targets}
     least = int(found["least"] or len(actions))

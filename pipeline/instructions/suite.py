@@ -1,4 +1,4 @@
-"""The suite of instructions: what is said, what is in view, what fulfils it; and rows of an agent."""
+"""The suite of instructions: what is said, in view and right to do; and rows of an agent."""
 
 from __future__ import annotations
 
@@ -48,9 +48,7 @@ def read_suite(path: Path = SUITE) -> list[Instruction]:
         SuiteError: A scene or a sequence of actions is not possible.
     """
     content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    return [
-        Instruction(number, *facts) for number, facts in enumerate(_instructions(content))
-    ]
+    return [Instruction(number, *facts) for number, facts in enumerate(_instructions(content))]
 
 
 def _instructions(content: dict[str, Any]) -> Iterator[tuple[Any, ...]]:

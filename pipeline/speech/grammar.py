@@ -18,7 +18,7 @@ START = "spoken"
 
 
 class SpokenGrammar(Grammar):
-    """The grammar of instructions with the words that a recogniser knows and the names of a scene."""
+    """The grammar of instructions with a scene's names and the words that a recogniser knows."""
 
     def __init__(
         self,

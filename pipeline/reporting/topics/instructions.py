@@ -40,8 +40,9 @@ def plan_success(rows: pd.DataFrame, confidence: float) -> Table:
         name="instructions",
         title="Instructions fulfilled",
         caption="Share of instructions whose plan is one of the right ones: all of its actions, in "
-        "order, and no other. The held-out half was written before the grammar of the policy, which "
-        f"was not changed for it. Wilson intervals of {confidence:.0%}.",
+        "order, and no other. The held-out half was written before the policy's grammar, by "
+        "the same hand, and the grammar was not changed for it. "
+        f"Wilson intervals of {confidence:.0%}.",
     )
 
 
