@@ -7,7 +7,7 @@ meaning. Phrases share their first words: the decoder is tens of times slower wh
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 from lark import UnexpectedInput
 
@@ -15,6 +15,7 @@ from pipeline.agent.config import VocabularyConfig
 from pipeline.agent.grammar import Grammar
 
 START = "spoken"
+Rest = tuple[str, ...]  # what may still be said: words, and names in angle brackets
 
 
 class SpokenGrammar(Grammar):
@@ -37,7 +38,7 @@ class SpokenGrammar(Grammar):
         """
         names = set(names)
         super().__init__(vocabulary, names)
-        self.phrases["POLITE"] |= {name: name for name in robots}
+        self.phrases["COURTESY"] |= {name: name for name in robots}
         there = {word for word, members in vocabulary.groups.items() if names & set(members)}
         for terminal, present in (("NAME", names), ("GROUP", there)):
             listed = self.phrases[terminal].items()
@@ -55,10 +56,7 @@ class SpokenGrammar(Grammar):
 
     def jsgf(self) -> str:
         """Return the grammar in the format of recognisers."""
-        rules: dict[str, list[list[str]]] = defaultdict(list)
-        for rule in self.parser.rules:
-            rules[rule.origin.name].append([f"<{each.name}>" for each in rule.expansion])
-        rules |= {name: [phrase.split() for phrase in ps] for name, ps in self.phrases.items()}
+        rules = self._rules()
         lines, wanted = ["#JSGF V1.0;", "grammar instruction;"], [START]
         for name in wanted:  # it grows
             body = _shared(rules[name], f"<{name}>")
@@ -66,6 +64,39 @@ class SpokenGrammar(Grammar):
             named = (each.strip("<>") for rest in rules[name] for each in rest if each[0] == "<")
             wanted += [each for each in dict.fromkeys(named) if each not in wanted]
         return "\n".join(lines)
+
+    def arcs(self) -> list[tuple[int, int, float, str | None]]:
+        """Return the grammar without choices between equal words: from, to, probability, word.
+
+        A decoder searches the words of a state as one tree, and those of several states one by one;
+        so a state here is all that may follow (the subset construction of Rabin and Scott, 1959).
+        It begins in state 0 and ends in state 1; the words of a state are as likely.
+        """
+        rules = self._rules()
+        states: dict[frozenset[Rest], int] = {_words_next(rules, {(f"<{START}>",)}): 0}
+        found: list[tuple[int, int, float, str | None]] = []
+        for state, number in (pending := list(states.items())):  # which grows
+            after: dict[str, set[Rest]] = defaultdict(set)
+            for first, *rest in filter(None, state):
+                after[first].add(tuple(rest))
+            ends = () in state
+            chance = 1.0 / max(len(after) + ends, 1)
+            for word, rests in sorted(after.items()):
+                following = _words_next(rules, rests)
+                if following not in states:
+                    states[following] = len(states) + 1
+                    pending.append((following, states[following]))
+                found.append((number, states[following], chance, word))
+            found += [(number, 1, chance, None)] * ends
+        return found
+
+    def _rules(self) -> dict[str, list[list[str]]]:
+        """Alternatives by name: names in angle brackets, and words."""
+        rules: dict[str, list[list[str]]] = defaultdict(list)
+        for rule in self.parser.rules:
+            rules[rule.origin.name].append([f"<{each.name}>" for each in rule.expansion])
+        named = {name: [phrase.split() for phrase in ps] for name, ps in self.phrases.items()}
+        return rules | named
 
 
 def _shared(sequences: Iterable[list[str]], itself: str) -> str:
@@ -80,3 +111,19 @@ def _shared(sequences: Iterable[list[str]], itself: str) -> str:
         return "" if rests else "<VOID>"
     whole = f"({' | '.join(parts)})"
     return f"{whole}+" if repeated else whole if all(rests) else f"[{whole}]"
+
+
+def _words_next(rules: Mapping[str, list[list[str]]], rests: set[Rest]) -> frozenset[Rest]:
+    """What may follow, each with a word in front; nothing where a sentence may end."""
+    found, pending = set(), list(rests)
+    for rest in pending:  # which grows
+        if not rest or rest[0][0] != "<":
+            found.add(rest)
+            continue
+        name = rest[0].strip("<>")
+        repeated = any(each[:1] == [rest[0]] for each in rules[name])
+        for each in rules[name]:
+            if each[:1] != [rest[0]]:
+                pending.append((*each, *rest[1:]))
+                pending += [(*each, *rest)] * repeated
+    return frozenset(found)

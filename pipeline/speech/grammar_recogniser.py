@@ -64,7 +64,8 @@ class GrammarRecogniser:
             if self._decoder.lookup_word(word) is None:
                 self._decoder.add_word(word, phones, False)
         self.grammar = SpokenGrammar(vocabulary, names, robots, self._knows)
-        self._decoder.add_jsgf_string("instruction", self.grammar.jsgf())
+        arcs = [arc if arc[3] else arc[:3] for arc in self.grammar.arcs()]
+        self._decoder.add_fsg("instruction", self._decoder.create_fsg("instruction", 0, 1, arcs))
         self._decoder.activate_search("instruction")
         phones_model = package.get_model_path("en-us/en-us-phone.lm.bin")
         self._phones = package.Decoder(
