@@ -104,8 +104,6 @@ class AgentConfig:
     def __post_init__(self) -> None:
         """Refuse unknown agents and actions, and bounds that let nothing through."""
         one_of("agent.kind", self.kind, AGENTS)
-        if self.kind == "replay" and not self.file:
-            raise ValueError("agent=replay needs agent.file=FILE, which agent.record=FILE wrote")
         if not isinstance(self.actions, str):
             for action in self.actions:
                 one_of("agent.actions", action, KINDS)

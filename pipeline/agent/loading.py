@@ -9,6 +9,7 @@ from pipeline.agent.action import Action
 from pipeline.agent.config import AgentConfig
 from pipeline.agent.dialogue import Agent
 from pipeline.agent.endpoint import Endpoint
+from pipeline.agent.errors import SetupError
 from pipeline.agent.model import LanguageModel, Message
 from pipeline.agent.policy import Policy
 from pipeline.agent.recording import Recorder, Replay
@@ -44,7 +45,9 @@ def load_model(config: AgentConfig) -> LanguageModel:
 
 def _model(config: AgentConfig) -> LanguageModel:
     if config.kind == "replay":
-        return Replay(Path(str(config.file)))
+        if not config.file:
+            raise SetupError("agent=replay needs agent.file=FILE, which agent.record=FILE wrote")
+        return Replay(Path(config.file))
     if config.kind == "policy":
         return Policy(config.vocabulary)
     if config.kind == "endpoint":

@@ -85,8 +85,8 @@ def test_files_that_cannot_be_are_refused(config, tmp_path: Path) -> None:
     for file in (tmp_path, tmp_path / "none.jsonl", Path("/dev/zero")):
         with pytest.raises(SetupError, match=r"agent\.file=.* cannot be read"):
             load_agent(replace(config, kind="replay", file=str(file)), "nicol")
-    with pytest.raises(ValueError, match=r"agent=replay needs agent\.file=FILE"):
-        replace(config, kind="replay")
+    with pytest.raises(SetupError, match=r"agent=replay needs agent\.file=FILE"):
+        load_agent(replace(config, kind="replay"), "nicol")
     (tmp_path / "file").touch()
     with pytest.raises(SetupError, match=r"agent\.record=.* cannot be written"):
         load_agent(replace(config, record=str(tmp_path / "file" / "r.jsonl")), "nicol")
