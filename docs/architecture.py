@@ -35,6 +35,7 @@ BOXES = {
     "perception": "camera, detectors",
     "agent": "dialogue, action tags, language model",
     "speech": "recogniser, synthesiser",
+    "instructions": "what is said, and what is meant",
     "embodiment": "an agent in a body at a table",
     "tuning": "hyperparameter search",
     "viewing": "solvers and trials in a browser",

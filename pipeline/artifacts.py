@@ -100,6 +100,10 @@ class Artifacts:
         """Folder of the conversations with a robot."""
         return self.root / "chat" / robot
 
+    def instructions(self, agent: str) -> Path:
+        """Folder of the plans of an agent for the suite of instructions, and their tables."""
+        return self.root / "instructions" / agent
+
     def grasp_study(self, robot: str) -> Path:
         """Folder of the studies of a robot's grasps, one table a study."""
         return self.root / "grasp_study" / robot

@@ -8,14 +8,16 @@ from urllib.parse import urlsplit
 from omegaconf import MISSING
 
 from pipeline.agent.action import FACES, KINDS, PLACES
-from pipeline.agent.intents import EXTREMES, MIDDLE, ORDERS
+from pipeline.agent.places import MIDDLE, ORDERS, RELATIONS, SELECTORS
 from pipeline.checks import at_least, one_of, positive, within
 
-AGENTS = ("none", "policy", "endpoint")
+AGENTS = ("none", "policy", "endpoint", "replay")
 MEANINGS = {  # what phrases of the vocabulary may mean, by its key
     "verbs": tuple(kind for kind in KINDS if kind != "done"),
-    "selectors": (*EXTREMES, MIDDLE),
+    "selectors": (*SELECTORS, MIDDLE),
+    "relations": tuple(RELATIONS),
     "orders": tuple(ORDERS),
+    "bounds": ("exactly", "at_most", "at_least"),
     "faces": FACES,
     "places": PLACES,
 }
@@ -56,26 +58,21 @@ class EndpointConfig:
 
 @dataclass
 class VocabularyConfig:
-    """Words of the embedded policy and of the recogniser's grammar: phrases by what they mean."""
+    """Words of the grammar of instructions: phrases by what they mean."""
 
     verbs: dict[str, list[str]] = MISSING
     objects: dict[str, list[str]] = MISSING
     groups: dict[str, list[str]] = MISSING
-    everything: list[str] = MISSING
-    clearing: list[str] = MISSING
+    properties: dict[str, list[str]] = MISSING
     selectors: dict[str, list[str]] = MISSING
+    relations: dict[str, list[str]] = MISSING
     orders: dict[str, list[str]] = MISSING
+    numbers: dict[str, list[str]] = MISSING
+    ordinals: dict[str, list[str]] = MISSING
+    bounds: dict[str, list[str]] = MISSING
     faces: dict[str, list[str]] = MISSING
     places: dict[str, list[str]] = MISSING
-    pronouns: list[str] = MISSING
-    negations: list[str] = MISSING
-    exceptions: list[str] = MISSING
-    sequence: list[str] = MISSING
-    beginnings: list[str] = MISSING
-    relations: list[str] = MISSING
-    conditions: list[str] = MISSING
-    politeness: list[str] = MISSING
-    idle: list[str] = MISSING
+    words: dict[str, list[str]] = MISSING
 
     def __post_init__(self) -> None:
         """Refuse words for meanings that do not exist."""
@@ -90,6 +87,8 @@ class AgentConfig:
     """The source of answers to instructions, and the bounds of a turn."""
 
     kind: str = MISSING
+    file: str | None = None  # of agent=replay
+    record: str | None = None  # null = nothing is recorded
     actions: list[str] = MISSING
     max_instruction_chars: int = MISSING
     max_reply_chars: int = MISSING

@@ -23,6 +23,7 @@ class Reason(StrEnum):
     CONNECTION = "connection"  # nobody listens, or the line broke
     REFUSED = "refused"  # the endpoint answered with an error status
     BAD_ANSWER = "bad_answer"  # an answer that is no chat completion
+    NOT_RECORDED = "not_recorded"  # messages that a replayed file has no reply to
     EMPTY_REPLY = "empty_reply"  # a completion without text or tool call
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from pipeline.agent.action import Action
 from pipeline.agent.config import AgentConfig
 from pipeline.agent.dialogue import Agent
 from pipeline.agent.endpoint import Endpoint
+from pipeline.agent.errors import SetupError
 from pipeline.agent.model import LanguageModel, Message
 from pipeline.agent.policy import Policy
+from pipeline.agent.recording import Recorder, Replay
 from pipeline.agent.scene_text import read_user_text
 
 
@@ -34,8 +37,17 @@ def load_model(config: AgentConfig) -> LanguageModel:
     """Return what answers messages.
 
     Raises:
-        SetupError: A package, an address or a key is missing.
+        SetupError: A package, an address, a key or a file is missing.
     """
+    model = _model(config)
+    return Recorder(model, config.kind, Path(config.record)) if config.record else model
+
+
+def _model(config: AgentConfig) -> LanguageModel:
+    if config.kind == "replay":
+        if not config.file:
+            raise SetupError("agent=replay needs agent.file=FILE, which agent.record=FILE wrote")
+        return Replay(Path(config.file))
     if config.kind == "policy":
         return Policy(config.vocabulary)
     if config.kind == "endpoint":

@@ -1,247 +1,313 @@
-"""From the tokens of an instruction to intents: what is to be done with which object, in order.
-
-A small machine that reads from left to right and keeps the last verb: "grasp the banana and the
-pear, then point at it" are three intents. It guesses nothing: what it cannot place is a remark.
-"""
+"""From the tree of an instruction to its meaning: what to do with which object, in order."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, NamedTuple
 
-from pipeline.agent.action import OF_OBJECTS
-from pipeline.agent.intents import ORDERS, Intent, Understanding, article, as_words, pick
-from pipeline.agent.lexicon import STOP, Lexicon, Token, is_noun, token_at
+from lark import Token, Transformer
+
+from pipeline.agent.grammar import Grammar, phrase_of
+from pipeline.agent.places import (
+    ORDERS,
+    RELATIONS,
+    SELECTORS,
+    SIDES,
+    Measure,
+    distance,
+    is_between,
+    middle,
+)
 from pipeline.agent.scene_text import Seen
 
-_ARTICLES = ("the", "a", "an", "my", "your", "that", "this")
-_SINGLE = ("it", "that", "this", "that one", "this one")
+Members = Mapping[str, Mapping[str, Sequence[str]]]
+_CLEARLY = 1.2  # times as far as the nearest neighbour: what is nearer is a neighbour as well
+_NOTHING = "I see nothing of that kind."
+_REMARKS = {  # by the grammar's rule
+    "able": "I can grasp, push, point at and look at what is in view, and show how I feel.",
+    "enough": "All right.",
+    "greeting": "Hello, what shall I do?",
+    "misplace": "I do not know places beside other objects.",
+}
+_RANKS = {"FIRST": -1, "STARTING": -1, "LAST": 1, "ENDING": 1}
 
 
-class Reader:
-    """Reads one instruction."""
+class UnclearError(Exception):
+    """What is meant is not clear; the message is the question to ask back."""
+
+
+@dataclass(frozen=True)
+class Intent:
+    """An action and its target, or one that is spared; of speak the words.
+
+    Without a kind it is that of the one before; of a spared one it is any.
+    """
+
+    kind: str
+    target: str
+    spared: bool = False
+
+
+class _Choice(NamedTuple):
+    """What an object must be; of those that are, the one with the least measure is meant."""
+
+    keep: Callable[[Seen], bool]
+    measure: Measure = lambda each: 0.0
+    clearly: float = 0.0  # times the least measure that the next one must have; 0 = nothing is told
+
+
+class Reader(Transformer[Token, Any]):
+    """Reads a tree from left to right: "it" is what was named last.
+
+    Attributes:
+        remarks: What to say: answers, and what cannot be done.
+    """
 
     def __init__(
-        self,
-        lexicon: Lexicon,
-        seen: Sequence[Seen],
-        groups: dict[str, list[str]],
-        last: str | None = None,
+        self, grammar: Grammar, members: Members, seen: Sequence[Seen], last: str | None
     ) -> None:
-        """Prepare.
-
-        Args:
-            lexicon: Meanings of words.
-            seen: What is in view; names are labels.
-            groups: Words for several objects, and their names.
-            last: The object that was mentioned before, which "it" means.
-        """
-        self._lexicon, self._groups = lexicon, groups
-        self._seen = {each.name: each for each in seen}
-        self._order = ORDERS["right_to_left"]
-        self._last = [last] if last in self._seen else []
-        self.found = Understanding()
-        self._verb: str | None = None
-        self._targets = 0  # of the verb at hand
-        self._many = 0  # intents at the end that are the verb's
-        self._negated = self._leave = self._except = self._begin = self._relation = False
-        self._unknown = ""
-
-    def read(self, tokens: Sequence[Token]) -> Understanding:
-        """Return the meaning of the tokens."""
-        skip = 0
-        for at, token in enumerate(tokens):
-            if skip:
-                skip -= 1
-                continue
-            before = tokens[at - 1] if at else None
-            skip = self._take(token, before, tokens[at + 1 :])
-        self._end_verb()
-        if not self.found.intents and not self.found.remarks:
-            for name in self.found.floating[:1]:
-                self.found.remarks.append(f"What shall I do with the {as_words(name)}?")
-        return self.found
-
-    def _take(self, token: Token, before: Token | None, rest: Sequence[Token]) -> int:
-        """Read a token; return how many of the following it used up."""
-        m = token.meanings
-        follows_object = before is not None and "object" in before.meanings
-        if self._verb == "look" and "place" in m and "object" not in m and not follows_object:
-            self._emit([m["place"]])
-        elif "verb" in m and not (m["verb"] == "look" and self._face_after(rest)):
-            return self._begin_verb(m["verb"], rest)
-        elif "face" in m and (self._targets or self._verb not in ("grasp", "push")):
-            self._express(m["face"])
-        elif "object" in m:
-            self._unknown = ""
-            if not (before is not None and before.text in _ARTICLES and is_noun(token_at(rest, 0))):
-                self._emit([m["object"]])  # else it describes the next: the orange ball
-        elif "absent" in m:
-            self._unknown = ""
-            self._miss(m["absent"])
-        elif "group" in m or "everything" in m:
-            self._emit_many(self._members(token))
-        elif "clearing" in m:
-            self._begin_verb("grasp", rest)
-            self._emit_many(list(self._seen))
-        elif "selector" in m and not follows_object:
-            return self._select(m["selector"], rest)
-        elif "pronouns" in m:
-            self._refer(token.text, rest)
-        else:
-            self._structure(token, before)
-        return 0
-
-    def _structure(self, token: Token, before: Token | None) -> None:
-        m = token.meanings
-        if "order" in m:
-            self._order = ORDERS[m["order"]]
-            self._sort()
-        elif "negations" in m:
-            self._negated = True
-        elif "exceptions" in m:
-            self._except = True
-        elif "sequence" in m or m.get("mark") == STOP:
-            self._settle_unknown()
-            self._negated = self._leave = self._except = self._relation = False
-        elif "beginnings" in m:
-            self._begin = True
-        elif "relations" in m:
-            self._settle_unknown()
-            self._relation = True
-        elif m:  # politeness, idle words, pauses
-            self._settle_unknown()
-        elif self._unknown or (before is not None and before.text.split()[-1] in _ARTICLES):
-            self._unknown = f"{self._unknown} {token.text}".strip()
-
-    def _begin_verb(self, kind: str, rest: Sequence[Token]) -> int:
-        self._end_verb()
-        self._verb, self._targets, self._many = kind, 0, 0
-        self._leave, self._negated, self._except, self._relation = (
-            self._negated,
-            False,
-            False,
-            False,
+        """Take what words mean, which objects a GROUP or PROPERTY has, and what is in view."""
+        super().__init__()
+        self._meaning, self._members, self._nouns = (
+            grammar.meaning,
+            members,
+            grammar.phrases["NAME"],
         )
-        if kind != "speak":
-            return 0
-        words: list[str] = []
-        for at, token in enumerate(rest):
-            ends = "sequence" in token.meanings or token.text == STOP
-            if ends or (token.text in ("and", ",") and "verb" in token_at(rest, at + 1).meanings):
-                break
-            words.append(token.text)
-        if words and not self._leave:
-            self.found.intents.append(Intent("speak", " ".join(words).replace(" ,", ",")))
-            self._targets = 1
-        return len(words)
+        self._seen = {each.name: each for each in sorted(seen, key=ORDERS["right_to_left"])}
+        self._last = [last] if last in self._seen else []
+        self._named: set[str] = set()
+        self.remarks: list[str] = []
 
-    def _end_verb(self) -> None:
-        self._settle_unknown()
-        if self._verb in (*OF_OBJECTS, "look") and not self._targets and not self._leave:
-            if self.found.floating:
-                self._emit(self.found.floating)
-                self.found.floating = []
-            elif not (self.found.remarks or self.found.intents):
-                at = "" if self._verb in ("grasp", "push") else " at"
-                self.found.remarks.append(f"What shall I {self._verb}{at}?")
-        self._verb = None
+    def np(self, parts: list[Any]) -> list[str]:
+        """Return the names that a noun phrase means; none, and a remark, if nothing is so."""
+        words = {each.type: self._meaning(each) for each in parts if isinstance(each, Token)}
+        if "PRONOUN" in words:
+            return self._referred(words["PRONOUN"])
+        name = words.get("UNKNOWN", words.get("NAME"))
+        if name and name not in self._seen:
+            return self._remark(f"I do not see {article(phrase_of(name))}.")
+        placed = "SELECTOR" in words or any(isinstance(each, _Choice) for each in parts)
+        many = _is_many(words, placed)
+        parts = [each for each in parts if not name or self._is_colour(each)]
+        choices = list(self._choices(parts, many))
+        fit = [each for each in self._seen.values() if not name or each.name == name]
+        fit = [each for each in fit if "REST" not in words or each.name not in self._named]
+        for keep, measure, _ in choices:
+            fit = sorted(filter(keep, fit), key=measure)
+        if not fit:
+            return self._remark(_NOTHING)
+        told = len(fit) < 2 or any(c.clearly and _is_told(fit, c) for c in choices)
+        names = [each.name for each in fit]
+        self._last = names if many else self._counted(words, names, told)
+        self._named |= set(self._last)
+        return self._last
 
-    def _emit(self, targets: Sequence[str]) -> None:
-        """Give the verb its targets, or take them from it, or keep them for later."""
-        kind = self._verb
-        intents = self.found.intents
-        self._last = [name for name in targets if name in self._seen] or self._last
-        if self._relation:
-            self.found.remarks.append("I do not know places beside other objects.")
-            intents[:] = [intent for intent in intents if intent.kind != kind]
-            self._targets, self._many = self._targets + 1, 0
-        elif self._except or self._negated:
-            spared = [Intent(kind or "", name) for name in targets]
-            self._many -= sum(intent in spared for intent in intents[len(intents) - self._many :])
-            intents[:] = [intent for intent in intents if intent not in spared]
-            self.found.spared += targets
-            self._negated = False
-        elif self._leave:
-            self.found.spared += targets
-        elif kind is None or kind in ("face", "speak"):
-            self.found.floating += targets
-        elif self._begin and self._many:
-            new = [Intent(kind, name) for name in targets]
-            kept = [i for i in intents[-self._many :] if i not in new]
-            intents[-self._many :] = new + kept
-            self._begin = False
-        else:
-            self._append(kind, targets)
+    def ref(self, parts: list[Any]) -> Seen | None:
+        """Return the object that others are placed by; None if it is not in view."""
+        names = self.np(parts)
+        return self._seen[names[0]] if names else None
 
-    def _append(self, kind: str, targets: Sequence[str]) -> None:
-        for name in targets:
-            intent = Intent(kind, name)
-            self._targets += 1
-            again = intent in self.found.intents
-            if not (again and (kind == "grasp" or self.found.intents[-1] == intent)):
-                self.found.intents.append(intent)
-                self._many += 1
+    def relation(self, parts: list[Any]) -> _Choice:
+        """Return the choice of a place by another object."""
+        name, anchor = self._meaning(parts[0]), parts[1]
+        if anchor is None:
+            return _Choice(lambda each: False)
+        return _Choice(
+            lambda each: each != anchor and RELATIONS[name](each, anchor),
+            lambda each: distance(each, anchor),
+            _CLEARLY if name == "next_to" else 1.0,
+        )
 
-    def _emit_many(self, names: Sequence[str]) -> None:
-        ordered = sorted(names, key=lambda name: self._order(self._seen[name]))
-        if not ordered:
-            self._targets += 1
-            self.found.remarks.append("I see nothing of that kind.")
-            return
-        self._emit(ordered)
+    def between(self, parts: list[Any]) -> _Choice:
+        """Return the choice of what lies between two objects."""
+        one, other = (each for each in parts if not isinstance(each, Token))
+        return _Choice(lambda each: bool(one and other) and is_between(each, one, other))
 
-    def _sort(self) -> None:
-        if self._many:
-            part = self.found.intents[-self._many :]
-            if all(intent.target in self._seen for intent in part):
-                part.sort(key=lambda intent: self._order(self._seen[intent.target]))
-                self.found.intents[-self._many :] = part
+    def unlike(self, parts: list[Any]) -> _Choice:
+        """Return the choice of what is not so."""
+        (alike,) = self._choices(parts, many=True)
+        return _Choice(lambda each: not alike.keep(each))
 
-    def _members(self, token: Token) -> list[str]:
-        group = token.value("group")
-        return [name for name in self._seen if group is None or name in self._groups[group]]
+    def _choices(self, parts: Sequence[Any], many: bool) -> Iterator[_Choice]:
+        for each in parts:
+            if isinstance(each, _Choice):
+                yield each
+            elif each.type in ("GROUP", "PROPERTY", "NAME"):
+                word = self._meaning(each)
+                members = self._members.get(each.type, {}).get(word, [word])
+                yield _Choice(partial(_is_of, members))
+            elif each.type == "SELECTOR" and many and (side := SIDES.get(self._meaning(each))):
+                yield _Choice(partial(_is_at, side))
+            elif each.type == "SELECTOR":
+                measure = SELECTORS.get(self._meaning(each)) or middle(list(self._seen.values()))
+                yield _Choice(lambda seen: True, measure, 1.0)
 
-    def _select(self, selector: str, rest: Sequence[Token]) -> int:
-        following = token_at(rest, 0)
-        if "object" in following.meanings:
-            return 0
-        several = "group" in following.meanings or "everything" in following.meanings
-        names = self._members(following) if several else list(self._seen)
-        if not names:
-            self._emit_many(names)
-            return int(several)
-        self._emit([pick(selector, [self._seen[name] for name in names])])
-        return int(several)
+    def _is_colour(self, part: Any) -> bool:
+        """Whether an object of that name must be so; not where the word is a noun: orange ball."""
+        return getattr(part, "type", "") == "PROPERTY" and part not in self._nouns
 
-    def _refer(self, text: str, rest: Sequence[Token]) -> None:
-        following = token_at(rest, 0).meanings
-        if text in ("that", "this", "those", "these") and (
-            "object" in following or "absent" in following or "group" in following
-        ):
-            return
+    def _referred(self, word: str) -> list[str]:
         if not self._last:
-            if self._verb is not None:
-                self._targets += 1
-                self.found.remarks.append("I do not know which object you mean.")
-            return
-        self._emit(self._last[-1:] if text in _SINGLE else list(self._last))
+            raise UnclearError("I do not know which object you mean. Which one is it?")
+        return self._last if word in ("them", "those", "these") else self._last[-1:]
 
-    def _express(self, face: str) -> None:
-        if not (self._negated or self._leave):
-            self.found.intents.append(Intent("face", face))
-            self._many = 0
-        self._targets += 1
+    def _counted(self, words: Mapping[str, str], names: list[str], told: bool) -> list[str]:
+        number, bound = int(words.get("NUMBER", 1)), words.get("BOUND")
+        if "NUMBER" in words and bound != "at_most" and len(names) < number:
+            return self._remark(f"I see only {len(names)} of that kind.")
+        first = int(words.get("ORDINAL", 1)) - 1
+        if len(names) > 1 and not (told or {"NUMBER", "A", "BOUND"} & set(words)):
+            raise UnclearError(_which(names))
+        return names[first : first + number]
 
-    def _face_after(self, rest: Sequence[Token]) -> bool:
-        """Whether "look" is followed by an expression: look happy."""
-        return "face" in token_at(rest, 0).meanings
+    def _remark(self, words: str) -> list[str]:
+        self.remarks.append(words)
+        return []
 
-    def _miss(self, what: str) -> None:
-        if not (self._leave or self._negated or self._except):
-            self._targets += 1
-            self.found.remarks.append(f"I do not see {article(what)} {what}.")
+    # In which order, and what is to be done with them.
 
-    def _settle_unknown(self) -> None:
-        if self._unknown and (self._verb in (*OF_OBJECTS, "look")):
-            self._miss(self._unknown)
-        self._unknown = ""
+    def nps(self, parts: list[Any]) -> list[str]:
+        """Return the names of a list: what is said to come first, the others, what comes last."""
+        ranked: list[tuple[int, list[str]]] = []
+        for each in parts:
+            if isinstance(each, list):
+                ranked.append((0, each))
+            elif each.type in _RANKS:
+                ranked[-1] = (_RANKS[each.type], ranked[-1][1])
+        return [name for _, names in sorted(ranked, key=lambda part: part[0]) for name in names]
+
+    def either(self, parts: list[Any]) -> list[str]:
+        """Ask which of several."""
+        raise UnclearError(_which(_flat(parts)))
+
+    def backwards(self, parts: list[Any]) -> list[Any]:
+        """Return first what the other comes after."""
+        return _flat(parts[::-1])
+
+    def changed(self, parts: list[Any]) -> Callable[[list[str]], list[str]]:
+        """Return what sorts names, or leaves some out."""
+        named = _flat(parts)
+        if parts[0].type == "ORDER":
+            measure = ORDERS[self._meaning(parts[0])]
+            return lambda names: sorted(names, key=lambda name: measure(self._seen[name]))
+        if parts[0].type in _RANKS:
+            rank = _RANKS[parts[0].type]
+            return lambda names: sorted(names, key=lambda name: rank * (name in named))
+        return lambda names: [name for name in names if name not in named]
+
+    def act(self, parts: list[Any]) -> list[Intent]:
+        """Return the intents of a verb; one without a target if there is no such object."""
+        names = _flat(parts)
+        for each in parts:
+            names = each(names) if callable(each) else names
+        return [Intent(self._kind(parts), name) for name in names or [""]]
+
+    more = act
+
+    def clear(self, parts: list[Any]) -> list[Intent]:
+        """Return grasps of all that is in view."""
+        everything = list(self._seen) or self._remark(_NOTHING)
+        return self.act([Token("PUT", ""), everything, *parts])
+
+    def bare(self, parts: list[Any]) -> list[Intent]:
+        """Ask for what a verb lacks."""
+        kind = self._kind(parts)
+        raise UnclearError(f"What shall I {kind}{' at' if kind in ('point', 'look') else ''}?")
+
+    def spare(self, parts: list[Any]) -> list[Intent]:
+        """Return what is not to be done."""
+        return [replace(intent, spared=True) for intent in self.act(parts)]
+
+    def in_order(self, parts: list[Any]) -> list[Intent]:
+        """Return the intents of two clauses; names alone are of the other clause's kind."""
+        said = _flat(parts)
+        kind = next(each.kind for each in said if isinstance(each, Intent))
+        return [each if isinstance(each, Intent) else Intent(kind, each) for each in said]
+
+    def reversed(self, parts: list[Any]) -> list[Intent]:
+        """Return the intents of two clauses, those of the later one first."""
+        return self.in_order(parts[::-1])
+
+    def plain(self, parts: list[Token]) -> list[Intent]:
+        """Return a look at a place, an expression, or words to say."""
+        kinds = {"PLACE": "look", "FACE": "face", "SAID": "speak"}
+        return [Intent(kinds[e.type], self._meaning(e)) for e in parts if e.type in kinds]
+
+    def _kind(self, parts: list[Any]) -> str:
+        """The kind of a clause's verb: none without a verb, and of one that is no action."""
+        found = [each for each in parts if getattr(each, "type", "") in ("VERB", "LOOK", "PUT")]
+        return ("grasp" if found[0].type == "PUT" else self._meaning(found[0])) if found else ""
+
+    # What is asked, and all together.
+
+    def whereabouts(self, parts: list[Any]) -> list[Intent]:
+        """Say where objects are, and look at them."""
+        for name in parts[1]:
+            side = self._seen[name].side
+            where = "in the middle" if side == "middle" else f"on the {side}"
+            self._remark(f"I see the {phrase_of(name)} {where}.")
+        return [Intent("look", name) for name in parts[1]]
+
+    def listing(self, parts: list[Token]) -> list[str]:
+        """Say what is in view."""
+        group = next((self._members["GROUP"][e] for e in parts if e.type == "GROUP"), self._seen)
+        names = [article(phrase_of(name)) for name in reversed(self._seen) if name in group]
+        return self._remark(f"I see {_listed(names, 'and')}." if names else _NOTHING)
+
+    def __default__(self, data: object, parts: list[Any], meta: Any) -> list[str]:
+        """Answer what is neither a question of the scene nor an action."""
+        return self._remark(_REMARKS[str(data)])
+
+    def start(self, parts: list[Any]) -> list[Intent]:
+        """Return all intents: with their kinds, without what is spared, no grasp twice."""
+        found: list[Intent] = []
+        for intent in _flat(parts):
+            kind = intent.kind or (found[-1].kind if found and not intent.spared else "")
+            if kind != "grasp" or Intent(kind, intent.target) not in found:
+                found.append(replace(intent, kind=kind))
+        spared = {(each.kind, each.target) for each in found if each.spared}
+        free = [e for e in found if not {("", e.target), (e.kind, e.target)} & spared]
+        return [each for each in [*free, *(e for e in found if e.spared)] if each.target]
+
+
+def article(words: str) -> str:
+    """Return words with the indefinite article."""
+    return f"{'an' if words[:1] in 'aeiou' else 'a'} {words}"
+
+
+def _is_of(members: Sequence[str], seen: Seen) -> bool:
+    return seen.name in members
+
+
+def _is_at(side: str, seen: Seen) -> bool:
+    return seen.side == side
+
+
+def _flat(parts: Sequence[Any]) -> list[Any]:
+    """What the lists among parts hold."""
+    return [each for part in parts if isinstance(part, list) for each in part]
+
+
+def _listed(words: Sequence[str], word: str) -> str:
+    return f" {word} ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+
+
+def _which(names: Sequence[str]) -> str:
+    return f"Which one: {_listed([f'the {phrase_of(name)}' for name in names], 'or')}?"
+
+
+def _is_told(fit: Sequence[Seen], choice: _Choice) -> bool:
+    """Whether a measure tells the first of what fits from the one after it."""
+    return choice.measure(fit[1]) >= choice.clearly * choice.measure(fit[0])
+
+
+def _is_many(words: Mapping[str, str], placed: bool) -> bool:
+    """Whether several objects are meant; one kind of fruit may be, unless a place tells one."""
+    if {"ALL", "EVERYTHING", "REST"} & set(words):
+        return True
+    if {"NUMBER", "ORDINAL", "A", "NAME", "THING"} & set(words):
+        return False
+    group = words.get("GROUP", "")
+    return "THINGS" in words or group.endswith("s") or bool(group and not placed)

@@ -53,6 +53,10 @@ RUNNING = {
     "demo": Command(
         "demo.demo", "three minutes: one robot solves, plans and grasps; a film and a page"
     ),
+    "instructions": Command(
+        "instructions.instructions",
+        "120 instructions to an agent, plan success by family: instructions agent=policy",
+    ),
     "warm": Command("warm.warm", "compile the kernels before somebody waits for them"),
     "chat": Command(
         "chat.chat", "talk to a robot at its table, by text or by speech: chat robot=nicol"

@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.agent.endpoint import resolved
 from pipeline.agent.loading import agent_factory
+from pipeline.agent.model import LanguageModel
+from pipeline.agent.recording import Replay
 from pipeline.containers import to_dict
+from pipeline.data.files import sha256
 from pipeline.embodiment.perception import CameraPerception, make_perception
 from pipeline.embodiment.series import AgentSeries
 from pipeline.embodiment.trials import Experiment
@@ -48,20 +51,28 @@ def load_agent_series(
         SetupError: The agent lacks a package, an address or a key.
     """
     perception = make_perception(config.perception, series.config, series.robot, detector)
+    agents = agent_factory(config.agent, series.robot.name)
     experiment = Experiment(
         series=series,
         perception=perception,
-        agent=agent_factory(config.agent, series.robot.name),
-        facts={"perception": config.perception.source, "agent": config.agent.kind},
+        agent=agents,
+        facts={"perception": config.perception.source, "agent": _who(config, agents().model)},
         folder=folder / EVIDENCE,
         distractors=config.perception.perturbation.distractors,
     )
     return AgentSeries(experiment)
 
 
+def _who(config: Config, model: LanguageModel) -> str:
+    """The kind of agent that answers, of a replayed file that was recorded."""
+    return model.recorded if isinstance(model, Replay) else config.agent.kind
+
+
 def embodied_facts(config: Config) -> dict[str, Any]:
-    """Settings that the rows depend on beyond those of the grasps."""
-    agent = config.agent
+    """Settings that the rows depend on beyond those of the grasps; of a file, what is in it."""
+    agent = replace(config.agent, record=None)
+    if agent.kind == "replay":
+        agent = replace(agent, file=sha256(Path(str(agent.file))))
     if agent.kind == "endpoint":
         agent = replace(agent, endpoint=resolved(agent.endpoint))
     return {"perception": to_dict(config.perception), "agent": to_dict(agent)}

@@ -14,7 +14,7 @@ from pipeline.agent.config import VocabularyConfig
 from pipeline.errors import SpeechError
 from pipeline.packages import optional_package
 from pipeline.speech.config import SpeechConfig
-from pipeline.speech.grammar import FINAL, START, instruction_graph
+from pipeline.speech.grammar import SpokenGrammar
 from pipeline.speech.sound import as_pcm, read_sound
 
 RATE = 16000  # Hz, of the acoustic model
@@ -63,10 +63,9 @@ class GrammarRecogniser:
         for word, phones in config.pronunciations.items():
             if self._decoder.lookup_word(word) is None:
                 self._decoder.add_word(word, phones, False)
-        self.grammar = instruction_graph(vocabulary, names, robots, self._knows)
-        arcs = [arc if arc[3] else arc[:3] for arc in self.grammar.weighted()]
-        sentences = self._decoder.create_fsg("instruction", START, FINAL, arcs)
-        self._decoder.add_fsg("instruction", sentences)
+        self.grammar = SpokenGrammar(vocabulary, names, robots, self._knows)
+        arcs = [arc if arc[3] else arc[:3] for arc in self.grammar.arcs()]
+        self._decoder.add_fsg("instruction", self._decoder.create_fsg("instruction", 0, 1, arcs))
         self._decoder.activate_search("instruction")
         phones_model = package.get_model_path("en-us/en-us-phone.lm.bin")
         self._phones = package.Decoder(

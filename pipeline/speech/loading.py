@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from pipeline.agent.config import VocabularyConfig
 from pipeline.errors import SpeechError
 from pipeline.speech.config import SpeechConfig
-from pipeline.speech.grammar_recogniser import GrammarRecogniser
 from pipeline.speech.protocol import Recogniser, Synthesiser
 from pipeline.speech.synthesiser import EspeakNg, Flite
 from pipeline.speech.whisper import WhisperRecogniser
@@ -31,6 +30,8 @@ def load_recogniser(
         SpeechError: None is chosen, or something is missing.
     """
     if config.recogniser == "grammar":
+        from pipeline.speech.grammar_recogniser import GrammarRecogniser  # parsers take time
+
         return GrammarRecogniser(config, vocabulary, names, robots)
     if config.recogniser == "whisper":
         return WhisperRecogniser(config.whisper)

@@ -126,9 +126,7 @@ def test_the_same_row_again_and_nothing_is_glued_or_put_among_several_things(
     assert len(running) > 5000
     assert Counter(row["class"] for row in again)["Success"] >= 3
     for one, other in zip(first, again, strict=True):
-        assert {k: repr(v) for k, v in one.items() if k not in TIMES} == {
-            k: repr(v) for k, v in other.items() if k not in TIMES
-        }
+        assert repr(without_times(one)) == repr(without_times(other))
 
 
 def test_a_series_goes_on_with_the_row_that_was_cut_off(
@@ -150,3 +148,31 @@ def test_a_series_goes_on_with_the_row_that_was_cut_off(
     rows = AgentSeries(run).run(RowCheckpoint(kept.path, KEY), lambda row: None)
     assert made == [1, 2]
     assert list(rows["class"]) == ["Slipped"] * 4 + ["Success"] * 6
+
+
+def test_rows_from_recorded_replies_are_the_same_and_a_hostile_file_costs_its_trials(
+    tmp_path: Path,
+) -> None:
+    recording = replace(CONFIG.agent, record=str(tmp_path / "messages.jsonl"))
+    first = experiment(agent=agent_factory(recording, "panda")).row(2)
+    replay = replace(CONFIG.agent, kind="replay", file=recording.record)
+    again = experiment(agent=agent_factory(replay, "panda")).row(2)
+    assert repr([without_times(row) for row in again]) == repr(list(map(without_times, first)))
+    exchange = json.loads(Path(str(recording.record)).read_text())
+    assert exchange["reply"] == (  # the paper's sentence is answered as ever, right to left
+        "I grasp the orange. <grasp>orange</grasp> I grasp the pear. <grasp>pear</grasp> "
+        "I grasp the soup can. <grasp>soup_can</grasp> "
+        "I grasp the banana grasp grasp orange. <grasp>banana_grasp_grasp_orange</grasp> <done/>"
+    )
+    exchange["reply"] = "</grasp><grasp>/etc/passwd</grasp>"
+    Path(str(recording.record)).write_text(json.dumps(exchange) + "\n{\n")
+    hostile = experiment(agent=agent_factory(replay, "panda"))
+    rows = [row for number in (2, 3) for row in hostile.row(number)]
+    assert [(row["class"], row["problem"]) for row in rows] == [
+        *[("LLM", "half_tag")] * 4,
+        *[("LLM", "not_recorded")] * 4,
+    ]
+
+
+def without_times(row: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in row.items() if key not in TIMES}

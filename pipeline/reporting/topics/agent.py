@@ -18,7 +18,12 @@ from pipeline.reporting.topics.outcomes import OUTCOME_COLUMNS, Counted, outcome
 
 EVIDENCE = "evidence"  # folder beside the rows: transcripts and pictures
 SETTINGS = {"perfect": "ground truth", "camera": "camera"}
-AGENTS = {"none": "no agent", "policy": "embedded policy", "endpoint": "chat endpoint"}
+AGENTS = {
+    "none": "no agent",
+    "policy": "embedded policy",
+    "endpoint": "chat endpoint",
+    "replay": "recorded replies",
+}
 SUCCESS = OUTCOMES["success"]
 
 

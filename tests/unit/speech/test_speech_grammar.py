@@ -9,7 +9,7 @@ import pytest
 from pipeline.agent import Agent, seen_at
 from pipeline.agent.policy import Policy
 from pipeline.config import compose
-from pipeline.speech.grammar import EPSILON, FINAL, START, Graph, instruction_graph
+from pipeline.speech.grammar import START, SpokenGrammar
 
 NAMES = ("soup_can", "baseball", "banana", "pear", "orange")
 SENTENCES = (
@@ -38,8 +38,8 @@ def config():
 
 
 @pytest.fixture(scope="module")
-def graph(config) -> Graph:
-    return instruction_graph(config.vocabulary, NAMES, ["nicol"])
+def graph(config) -> SpokenGrammar:
+    return SpokenGrammar(config.vocabulary, NAMES, ["nicol"])
 
 
 @pytest.mark.parametrize("sentence", SENTENCES)
@@ -55,40 +55,37 @@ def test_other_sentences_are_not(graph, sentence):
 
 
 def test_phrases_with_unknown_words_are_left_out(config):
-    graph = instruction_graph(config.vocabulary, NAMES, known=lambda word: word != "banana")
+    graph = SpokenGrammar(config.vocabulary, NAMES, known=lambda word: word != "banana")
     assert graph.accepts("grasp the pear")
     assert not graph.accepts("grasp the banana")
 
 
-def test_probabilities_of_a_state_sum_to_one(graph):
-    leaving: dict[int, float] = {}
-    for source, _, probability, *_ in graph.weighted():
-        leaving[source] = leaving.get(source, 0.0) + probability
-    assert all(abs(total - 1) < 1e-9 for total in leaving.values())
-    assert FINAL not in leaving
+def test_the_recogniser_has_the_same_sentences(graph, tmp_path):
+    """Its own reading of the JSGF takes what the parser takes, and refuses what it refuses."""
+    package = pytest.importorskip("pocketsphinx", reason="the extra 'speech' is not installed")
+    (tmp_path / "instruction.gram").write_text(graph.jsgf())
+    jsgf = package.Jsgf(str(tmp_path / "instruction.gram"))
+    sentences = jsgf.build_fsg(jsgf.get_rule("instruction.spoken"), package.LogMath(), 1.0)
+    for sentence in (*SENTENCES, "banana", "grasp", "grasp the", "the grasp banana"):
+        assert bool(sentences.accept(sentence)) == graph.accepts(sentence), sentence
 
 
 def test_the_policy_knows_what_to_do_with_whatever_is_recognised(graph, config):
     """Random walks through the grammar: no problem, and no 'I do not understand'."""
     scene = [seen_at(name, 0.5, 0.1 * i, 0.9) for i, name in enumerate(NAMES)]
     draw = random.Random(3)
-    for _ in range(300):
-        sentence = _walk(graph, draw)
+    for _ in range(60):
+        sentence = " ".join(_walk(graph, START, draw))
+        if len(sentence) > config.max_instruction_chars:
+            continue
         turn = Agent(Policy(config.vocabulary), "nicol", config).instruct(sentence, scene)
         assert turn.reason in ("", "loop", "too_many_actions"), (sentence, turn.problem)
-        assert (
-            "I do not understand" not in turn.reply or "never" in sentence or "not" in sentence
-        ), (
-            sentence,
-            turn.reply,
-        )
+        assert "I do not understand" not in turn.reply, sentence
 
 
-def _walk(graph: Graph, draw: random.Random) -> str:
-    at, words = START, []
-    while at != FINAL:
-        arc = draw.choice([arc for arc in graph.arcs if arc.source == at])
-        if arc.word != EPSILON:
-            words.append(arc.word)
-        at = arc.target
-    return " ".join(words)
+def _walk(graph: SpokenGrammar, name: str, draw: random.Random) -> list[str]:
+    """Words of a random sentence of a rule, or of a terminal."""
+    if name in graph.phrases:
+        return draw.choice(sorted(graph.phrases[name])).split()
+    rules = [rule for rule in graph.parser.rules if rule.origin.name == name]
+    return [w for each in draw.choice(rules).expansion for w in _walk(graph, each.name, draw)]
