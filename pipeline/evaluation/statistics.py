@@ -112,6 +112,19 @@ def bootstrap_interval(
     return Interval(estimate, float(found.low), float(found.high))
 
 
+def shifted_geometric_mean(values: ArrayLike, shift: float, axis: int = -1) -> Any:
+    """Return exp(mean(ln(x + s))) - s, which neither the slowest calls nor the fastest rule.
+
+    Achterberg (2007), "Constraint Integer Programming", section A.3.
+
+    Args:
+        values: (..., N) not negative.
+        shift: s, in the unit of the values.
+        axis: Along which values are averaged.
+    """
+    return np.exp(np.mean(np.log(np.asarray(values) + shift), axis=axis)) - shift
+
+
 def mcnemar(first: ArrayLike, second: ArrayLike) -> Comparison:
     """Compare two rates on the same poses by the poses on which they differ (McNemar, 1947).
 

@@ -10,10 +10,16 @@ from numpy.typing import NDArray
 
 from pipeline.data.dataset import joint_columns
 from pipeline.data.files import sha256
+from pipeline.evaluation.statistics import shifted_geometric_mean
 from pipeline.leaderboard.schema import FIELDS, within_name
 from pipeline.leaderboard.submission import Submission, times_us
-from pipeline.reporting.topics.suites import followed_trajectories, generator_of, solved_poses
-from pipeline.suites.config import TRACKING, UNREACHABLE
+from pipeline.reporting.suite_measures import (
+    followed_trajectories,
+    free_of_collision,
+    generator_of,
+    solved_poses,
+)
+from pipeline.suites.config import CLUTTERED, TRACKING, UNREACHABLE
 from pipeline.suites.judging import judge_answers
 
 if TYPE_CHECKING:
@@ -25,7 +31,11 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-CRITERIA = {UNREACHABLE: "true no", TRACKING: "followed"}  # of generators; of others:
+CRITERIA = {  # of generators; of others: SOLVED
+    UNREACHABLE: "true no",
+    TRACKING: "followed",
+    CLUTTERED: "reached and free",
+}
 SOLVED = "solved"
 ERRORS = {"position": ("position_error_mm", "mm"), "rotation": ("rotation_error_deg", "deg")}
 
@@ -72,18 +82,6 @@ def line_of(
     return {key: values[key] for key in order}, judged.notes
 
 
-def shifted_geometric_mean(values: Array, shift: float) -> float:
-    """Return exp(mean(ln(x + s))) - s, which neither the slowest calls nor the fastest rule.
-
-    Achterberg (2007), "Constraint Integer Programming", section A.3.
-
-    Args:
-        values: (N,) not negative.
-        shift: s, in the unit of the values.
-    """
-    return float(np.exp(np.mean(np.log(values + shift))) - shift)
-
-
 def _as_answered(rows: pd.DataFrame, answers: pd.DataFrame) -> pd.DataFrame:
     """Rows whose answers count as this pipeline's evaluation said: some solvers claim nothing."""
     if "answered" not in answers:
@@ -93,10 +91,11 @@ def _as_answered(rows: pd.DataFrame, answers: pd.DataFrame) -> pd.DataFrame:
 
 
 def _good_poses(rows: pd.DataFrame, config: ReportConfig) -> Flags:
-    """(N,) which poses are solved; of poses that cannot be reached, which are denied."""
+    """(N,) which poses are solved; without a collision among obstacles, denied out of reach."""
     if generator_of(rows) == UNREACHABLE:
         return ~rows.found.to_numpy(dtype=bool)
-    return solved_poses(rows, config)
+    solved = solved_poses(rows, config)
+    return solved & free_of_collision(rows) if generator_of(rows) == CLUTTERED else solved
 
 
 def _counts(rows: pd.DataFrame, good: Flags, config: ReportConfig) -> dict[str, Any]:

@@ -75,7 +75,7 @@ FIELDS = {
     "date": Field("day on which it ran, UTC", _day),
     "commit": Field("of the code that ran it, or the sender's version of theirs", TEXT),
     "answers_sha256": Field("of the file of answers", _matches(r"[0-9a-f]{64}", "64 hex digits")),
-    "criterion": Field("what is counted: success, true no, followed", TEXT),
+    "criterion": Field("what is counted: solved, true no, followed, reached and free", TEXT),
     "position_mm": Field("tolerance of a solved pose, exclusive [mm]", _number),
     "rotation_deg": Field("the same for its rotation [deg]", _number),
     "trials": Field("what is counted: poses, or trajectories", _whole(1)),

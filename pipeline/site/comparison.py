@@ -13,7 +13,7 @@ from pipeline.presentation.origin import origin_of
 from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.data import ReportData
-from pipeline.reporting.topics import suites
+from pipeline.reporting.suite_measures import rates
 
 KEYS = ["where", "robot", "solver", "what"]
 NONE = "no interval"
@@ -68,7 +68,7 @@ def measures(data: ReportData, config: ReportConfig) -> Iterator[dict[str, Any]]
             low, high = (factor * end for end in ends)
             yield {**key, "value": factor * line[name], "low": low, "high": high}
     for (robot, suite, solver), rows in data.results.suites.items():
-        for what, rate in suites.rates(rows, config).items():
+        for what, rate in rates(rows, config).items():
             key = dict(zip(KEYS, (f"suite {plain(suite)}", robot, solver, what), strict=True))
             both = {"value": rate.estimate, "low": rate.low, "high": rate.high}
             yield {**key, "what": f"{what} [%]", **{end: 100 * x for end, x in both.items()}}

@@ -12,9 +12,9 @@ import yaml
 
 from pipeline.__main__ import main
 from pipeline.data.tables import read_metadata, read_table, write_table
+from pipeline.evaluation.statistics import shifted_geometric_mean
 from pipeline.leaderboard.boards import machine_name, put, read_boards
 from pipeline.leaderboard.errors import LeaderboardError
-from pipeline.leaderboard.line import shifted_geometric_mean
 from pipeline.leaderboard.schema import read_lines
 from pipeline.leaderboard.standings import overall, ranked
 from tests.leaderboard_lines import LINE

@@ -10,7 +10,8 @@ from synthetic import raw_rows, report_config
 from pipeline.data.tables import write_table
 from pipeline.evaluation.statistics import wilson_interval
 from pipeline.reporting.results import read_results
-from pipeline.reporting.topics.suites import leaders, partial, suites, tracking, unreachable
+from pipeline.reporting.suite_leaders import leaders, quickest
+from pipeline.reporting.topics.suites import partial, suites, tracking, unreachable
 
 POSES = 100
 
@@ -149,3 +150,17 @@ def test_rows_of_an_earlier_suite_are_named_and_left_out(tmp_path):
     results = read_results(tmp_path)
     assert list(results.suites) == [("panda", "warm", "lm")]
     assert any("placo.parquet is of another version" in note for note in results.notes)
+
+
+def test_of_those_that_are_level_the_quickest_leads():
+    slow, fast = (
+        rows(name, "warm", 100, time_per_pose_us=time + np.arange(POSES) / 100)
+        for name, time in (("lm", 20.0), ("pinocchio", 8.0))
+    )
+    poor = rows("placo", "warm", 50, time_per_pose_us=1.0)
+    (line,) = records(quickest, lm=slow, pinocchio=fast, placo=poor)
+    assert (line["best"], line["second"], line["level"]) == ("Pinocchio LM", "LM, compiled", 2)
+    times = 8.0 + np.arange(POSES) / 100
+    assert line["best_us"] == pytest.approx(np.exp(np.log(times + 10.0).mean()) - 10.0)
+    assert line["apart"] == "yes"
+    assert 8.0 < line["best_us"] < line["best_high"] < line["second_low"] < line["second_us"] < 21.0
