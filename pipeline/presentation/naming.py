@@ -24,6 +24,8 @@ SOLVERS = {
     "iknet_refined": "IKNet (ours) refined",
     "gan": "constrained GAN (ours)",
     "gan_refined": "constrained GAN (ours) refined",
+    "node_ik": "NODE IK (ours)",
+    "node_ik_refined": "NODE IK (ours) refined",
     "ikflow": "IKFlow",
     "eem": "EEM",
     "bio_ik": "BioIK",
@@ -53,6 +55,8 @@ NEURAL = (
     "iknet_refined",
     "gan",
     "gan_refined",
+    "node_ik",
+    "node_ik_refined",
     "ikflow",
     "eem",
 )
