@@ -28,6 +28,7 @@ SOLVERS = {
     "node_ik_refined": "NODE IK (ours) refined",
     "ikflow": "IKFlow",
     "eem": "EEM",
+    "eem_refined": "EEM (ours) refined",
     "bio_ik": "BioIK",
     "trac_ik": "TRAC-IK",
     "lm": "LM, compiled",
@@ -59,6 +60,7 @@ NEURAL = (
     "node_ik_refined",
     "ikflow",
     "eem",
+    "eem_refined",
 )
 MODELS = {"null_space_paper": "generator of the paper's authors"}  # where it is not the usual one
 OUTCOMES = {

@@ -135,7 +135,7 @@ def test_a_mixture_picks_components_as_often_as_they_weigh() -> None:
 
 
 def test_the_published_size_builds() -> None:
-    """By hand: 24 couplings with layers 195-1024-1024-1024-(8 or 6) and 196-..., biases included."""
+    """By hand: 24 couplings, layers 195-1024-1024-1024-8 or 196-1024-1024-1024-6, with biases."""
     network = build_network(load_robot("panda"), compose(["model=ikflow"]).model)
     assert isinstance(network, FlowNetwork)
     between = 2 * (1024 * 1024 + 1024)
