@@ -55,6 +55,8 @@ def coverage(drawn: Array, solutions: Array) -> float:
     """
     if not len(solutions):
         return float("nan")
+    if not len(drawn):
+        return 0.0
     hit = cdist(solutions, drawn, "chebyshev").min(axis=1) <= RADIUS
     labels = clusters(solutions)
     return len(np.unique(labels[hit])) / len(np.unique(labels))
@@ -79,8 +81,8 @@ def by_pose(drawn: pd.DataFrame, references: pd.DataFrame) -> pd.DataFrame:
 
     Args:
         drawn: Rows of what was drawn, all before or all after refinement.
-        references: Rows of the references. Those that were not found from their own start are left
-            out: random starts that follow are a function of the pose, the same for all of them.
+        references: Rows of the references. Of both, what was not found from its own start is left
+            out: the random starts that follow are a function of the pose, the same for all rows.
 
     Returns:
         A row a pose: ``coverage``, ``clusters``, ``squared_discrepancy``.
@@ -88,7 +90,7 @@ def by_pose(drawn: pd.DataFrame, references: pd.DataFrame) -> pd.DataFrame:
     names = joint_columns(drawn)
     found, lines = references[references.found & (references.starts == 1)], {}
     for pose, rows in drawn.groupby("pose"):
-        joints = rows[names].to_numpy(dtype=float)
+        joints = rows.loc[rows.starts <= 1, names].to_numpy(dtype=float)
         solutions = found.loc[found.pose == pose, names].to_numpy(dtype=float)
         lines[pose] = {
             "coverage": coverage(joints, solutions),

@@ -82,11 +82,13 @@ def sample_rows(
         Two rows a solution, and one for each reference, with the columns of `COLUMNS`.
     """
     drawn = sampler_of(solver).sample(poses, config.samples, config.seed)
-    raw = {"reference": False, "refined": False, "found": False, "starts": 0}
+    raw: dict[str, Any] = {"reference": False, "refined": False, "found": False, "starts": 0}
     refined = _refined(robot, poses, drawn)
     done = {"reference": False, "refined": True, "found": refined.found, "starts": refined.starts}
-    parts = [(np.asarray(drawn, dtype=np.float64).reshape(-1, robot.dof), raw)]
-    parts.append((refined.joints, done))
+    parts: list[tuple[Array, dict[str, Any]]] = [
+        (np.asarray(drawn, dtype=np.float64).reshape(-1, robot.dof), raw),
+        (refined.joints, done),
+    ]
     if config.references:
         shape = (len(poses), config.references, robot.dof)
         count = shape[0] * shape[1]

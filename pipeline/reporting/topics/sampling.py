@@ -100,7 +100,8 @@ def sampler_measures(results: Results) -> Table:
         "solutions of the compiled Levenberg-Marquardt, each in one descent from a random start of "
         "its own, clustered by complete "
         f"linkage so that no joint differs by more than {measures.RADIUS:g} rad in a cluster. "
-        "Coverage: share of clusters with a draw that near to a reference. MMD²: unbiased squared "
+        "Coverage: share of clusters with a draw that near to a reference; a draw whose "
+        "refinement restarted elsewhere counts in errors alone. MMD²: unbiased squared "
         "maximum mean discrepancy of draws and references, Gaussian kernel of width "
         f"{measures.KERNEL_WIDTH:g} rad on the joints. All by pose, mean over poses.",
     )

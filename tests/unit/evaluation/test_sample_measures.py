@@ -40,7 +40,7 @@ def test_coverage_is_the_share_of_clusters_that_are_hit() -> None:
     drawn = np.array([[0.1, -0.2], [2.0, 2.29], [1.0, 1.0], [0.31, 2.0]])
     assert coverage(drawn, solutions) == 0.5
     assert coverage(CORNERS, solutions) == 1
-    assert math.isnan(coverage(drawn, solutions[:0]))
+    assert math.isnan(coverage(drawn, solutions[:0])) and coverage(drawn[:0], solutions) == 0
 
 
 def test_discrepancy_of_two_points_each_by_hand() -> None:
@@ -70,7 +70,8 @@ def test_the_best_of_some_draws_is_the_best_by_both_errors() -> None:
 
 
 def test_references_that_were_not_found_or_restarted_do_not_count() -> None:
-    drawn = pd.DataFrame({"pose": [0, 0, 1, 1], "q0": [0.0, 0.1, 0.0, 0.1]})
+    drawn = pd.DataFrame({"pose": [0, 0, 1, 1], "q0": [0.0, 1.0, 0.0, 0.1]})
+    drawn["starts"] = [1, 2, 0, 0]
     references = pd.DataFrame({"pose": [0, 0, 0, 0, 1], "q0": [0.0, 1.0, 5.0, 9.0, 0.0]})
     references["found"] = [True, True, False, True, False]
     references["starts"] = [1, 1, 9, 2, 9]
