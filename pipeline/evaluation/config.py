@@ -81,6 +81,7 @@ class SampleConfig:
     solver: str = MISSING
     poses: int = MISSING
     samples: int = MISSING
+    references: int = MISSING
     seed: int = MISSING
     postures: int = MISSING
     pictured: int = MISSING
@@ -89,6 +90,7 @@ class SampleConfig:
         """Refuse samples too few to spread, and a picture of what is not there."""
         positive("sample.poses", self.poses)
         at_least("sample.samples", self.samples, 2)
+        at_least("sample.references", self.references, 0)
         at_least("sample.seed", self.seed, 0)
         at_least("sample.postures", self.postures, 0)
         at_least("sample.pictured", self.pictured, 0)

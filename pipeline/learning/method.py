@@ -21,12 +21,14 @@ class Method:
         model: Name in conf/model of what is trained for the method where nothing else is said.
         config: Dataclass of the keys of ``model`` for its networks, `ModelConfig` or one derived
             from it with keys of its own.
+        trained_for: What stands for the loss in tables; empty where ``train.loss`` names it.
     """
 
     networks: Mapping[str, str]
     objective: str
     model: str
     config: str = MODEL_CONFIG
+    trained_for: str = ""
 
     @property
     def kinds(self) -> tuple[str, ...]:

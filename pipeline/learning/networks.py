@@ -76,6 +76,64 @@ class IkNetwork(nn.Module):
         raise NotImplementedError
 
 
+class SamplingNetwork(IkNetwork):
+    """A network that draws solutions: what it draws is a function of the pose and of latents.
+
+    Args:
+        robot: The robot.
+        normals: Latents of a draw that are standard normal.
+        choices: Latents of a draw that are uniform in [0, 1), to pick one of several by.
+    """
+
+    def __init__(self, robot: Robot, normals: int, choices: int = 0) -> None:
+        super().__init__(robot, heads=1)
+        self.normals, self.choices = normals, choices
+
+    def forward(self, poses: Tensor) -> Tensor:
+        """Return joints (N, 1, dof) in rad or m: one draw of each of poses (N, 7), always it."""
+        return self.draws(poses, self.latents(1, 1, seed=0))
+
+    def latents(self, poses: int, count: int, seed: int, scale: float = 1.0) -> Tensor:
+        """Return the latents of ``count`` draws of each of ``poses`` poses: a function of the seed.
+
+        They are drawn on the CPU: the same for every device.
+
+        Args:
+            poses: Poses N; 1 for draws that all poses share.
+            count: Draws K of each.
+            seed: Of the numbers.
+            scale: Standard deviation of the normal ones; the others stay as they are.
+
+        Returns:
+            (N, K, normals + choices), the normal ones first.
+        """
+        generator = torch.Generator().manual_seed(seed)
+        choices = torch.rand(poses, count, self.choices, generator=generator)
+        normals = torch.randn(poses, count, self.normals, generator=generator)
+        return torch.cat((scale * normals, choices), dim=2)
+
+    def draws(self, poses: Tensor, latents: Tensor) -> Tensor:
+        """Return joints (N, K, dof) in rad or m, inside the limits, that should reach poses (N, 7).
+
+        Args:
+            poses: (N, 7) metres and unit quaternions, scalar first.
+            latents: (N or 1, K, normals + choices), see `latents`.
+        """
+        raise NotImplementedError
+
+    def described(self, poses: Tensor) -> Tensor:
+        """Return poses (N, 7) as scaled positions and rotation matrices (N, 12)."""
+        return matrix_pose(self.scaled(poses), poses[:, 3:])
+
+    def unit(self, joints: Tensor) -> Tensor:
+        """Return joints (..., dof) in rad or m, from their limits to [-1, 1]."""
+        return (joints - self.joint_centre) / self.joint_scale
+
+    def inside(self, unit: Tensor) -> Tensor:
+        """Return joints (..., dof) in rad or m of scaled ones, clamped to the limits."""
+        return self.joint_centre + self.joint_scale * unit.clamp(-1, 1)
+
+
 class GeluTanhLayers(nn.ModuleList):
     """The layers of the paper's networks (figure 1): fully connected, GELU first and then tanh.
 
@@ -126,6 +184,19 @@ class ResidualBlocks(nn.ModuleList):
         for block in self:
             values = values + block(values)
         return values
+
+
+def perceptron(sizes: Sequence[int], activation: type[nn.Module]) -> nn.Sequential:
+    """Return fully connected layers with an activation behind each but the last.
+
+    Args:
+        sizes: Values that go in, neurons of each hidden layer, values that come out.
+        activation: Of the hidden layers.
+    """
+    layers: list[nn.Module] = []
+    for inputs, outputs in pairwise(sizes):
+        layers += [nn.Linear(inputs, outputs), activation()]
+    return nn.Sequential(*layers[:-1])
 
 
 def matrix_pose(position: Tensor, quaternion: Tensor) -> Tensor:

@@ -6,6 +6,7 @@ import time
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -14,8 +15,9 @@ import torch
 from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
-from baselines import Budget, Solution, Solver
+from baselines import Budget, SettingError, Solution, Solver
 from baselines.checks import check_poses
+from pipeline.learning.networks import SamplingNetwork
 from pipeline.learning.weights import load_network
 from robots import Robot, rotations
 from robots.threads import forked
@@ -214,3 +216,35 @@ class SamplingSolver(NeuralSolver):
                 targets = torch.as_tensor(poses[rows], dtype=torch.float32)
                 sampled[rows] = sampler(targets).numpy()
         return self.robot.nearest_turns(np.clip(sampled, self.lower, self.upper))
+
+
+class LatentSolver(SamplingSolver):
+    """The best of many draws of each pose, by a network whose draws are functions of latents.
+
+    Args:
+        robot: The robot it solves for.
+        weights: Folder of weights.safetensors and card.json.
+        samples: Draws of each pose.
+        latent_scale: Scale of the normal latents. Below 1 draws keep closer to what is likely.
+        **settings: Seed, tolerances and threads, see `SamplingSolver`.
+
+    Raises:
+        SettingError: Fewer than one draw, or a negative scale.
+    """
+
+    def __init__(
+        self, robot: Robot, weights: str, samples: int, latent_scale: float, **settings: Any
+    ) -> None:
+        super().__init__(robot, weights, samples=samples, **settings)
+        if samples < 1:
+            raise SettingError(f"{type(self).__name__}: expected samples >= 1, got {samples}")
+        if not latent_scale >= 0:
+            raise SettingError(
+                f"{type(self).__name__}: expected latent_scale >= 0, got {latent_scale}"
+            )
+        self.latent_scale = latent_scale
+
+    def _sampler(self, count: int, seed: int) -> Callable[[Tensor], Tensor]:
+        assert isinstance(self.network, SamplingNetwork)
+        latents = self.network.latents(1, count, seed, self.latent_scale)
+        return partial(self.network.draws, latents=latents)

@@ -18,6 +18,7 @@ from pipeline.reporting.topics import (
     planner,
     precision,
     protocols,
+    sampling,
     seeding,
     suites,
     timing,
@@ -69,7 +70,7 @@ CHAPTERS = (
         "experiments",
         "Experiments",
         "Runs on demand: losses at equal steps, secondary goals, many solutions of one pose.",
-        (losses.TOPIC, experiments.TOPIC),
+        (losses.TOPIC, experiments.TOPIC, sampling.TOPIC),
         ("sample",),
     ),
     Chapter(

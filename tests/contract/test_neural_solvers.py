@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from baselines.registry import settings
 from pipeline.config import compose
 from pipeline.containers import to_dict
 from pipeline.learning.card import chain_facts
+from pipeline.learning.config import ModelConfig
 from pipeline.learning.factory import build_network
 from pipeline.learning.weights import save_weights
 from pipeline.loading import load_solver
@@ -33,13 +35,18 @@ def robot(request: pytest.FixtureRequest) -> Robot:
 def weights(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Untrained weights of the model of each solver: the contract does not ask for precision."""
     folders = {}
-    for name in NEURAL:
-        folders[name] = folder = tmp_path_factory.mktemp("weights")
-        config = compose([f"model={models_of(name)[1]}", "model.hidden=[32]", "model.width=16"])
+    for model in sorted({models_of(name)[1] for name in NEURAL}):
+        folders[model] = folder = tmp_path_factory.mktemp("weights")
+        small = small_model(model)
         torch.manual_seed(0)
-        card = {**chain_facts(robot), "config": {"model": to_dict(config.model)}}
-        save_weights(folder, build_network(robot, config.model), card)
-    return folders
+        card = {**chain_facts(robot), "config": {"model": to_dict(small)}}
+        save_weights(folder, build_network(robot, small), card)
+    return {name: folders[models_of(name)[1]] for name in NEURAL}
+
+
+@cache
+def small_model(name: str) -> ModelConfig:
+    return compose([f"model={name}", "model.hidden=[32]", "model.width=16"]).model
 
 
 @pytest.mark.parametrize("name", NEURAL)

@@ -10,4 +10,5 @@ METHOD = Method(
     objective="pipeline.learning.flow.objective.FlowObjective",
     model="flow",
     config="pipeline.learning.flow.config.FlowModel",
+    trained_for="likelihood",
 )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.evaluation.sampling import spread
+from pipeline.evaluation.sampling import drawn_rows, spread
 from pipeline.presentation.columns import ROBOT, SOLVER, count, number, share, text, under
 from pipeline.presentation.naming import ordered_robots
 from pipeline.presentation.table import Table
@@ -204,7 +204,7 @@ def solutions(results: Results) -> Table:
     """Spread and precision of many solutions of one pose, before and after refinement."""
     return Table.of(
         [
-            Drawn(robot, solver, refined, rows[rows.refined == refined])
+            Drawn(robot, solver, refined, drawn_rows(rows, refined))
             for robot in ordered_robots(robot for robot, _ in results.sample)
             for (name, solver), rows in results.sample.items()
             if name == robot

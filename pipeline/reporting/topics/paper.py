@@ -197,10 +197,11 @@ def neural_comparison(summary: pd.DataFrame, published: Published) -> Table:
         "and EEM report. Time is the mean for a batch of 100 poses.",
         notes=[
             *_note_on_poses(networks),
-            "IKFlow and EEM are published numbers only: Euclidean and geodesic, so the paper's "
-            "table mixes metrics. IKFlow's Valkyrie is the left arm with the waist, its Panda ends "
-            "at panda_hand. Our flow answers with the best of its draws, where IKFlow's error is a "
-            "mean over draws: that of ours is in the table of many solutions of one pose.",
+            "Published numbers of IKFlow and EEM are Euclidean and geodesic, so the paper's table "
+            "mixes metrics; IKFlow has no others here, EEM's are of our reduced re-implementation "
+            "where this run has it. IKFlow's Valkyrie is the left arm with the waist, its Panda "
+            "ends at panda_hand. Our flow answers with the best of its draws, where IKFlow's error "
+            "is a mean over draws: that of ours is in the table of many solutions of one pose.",
         ],
     )
 

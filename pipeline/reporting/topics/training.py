@@ -10,6 +10,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pipeline.learning.registry import kinds, method_of
 from pipeline.presentation.columns import ROBOT, Cell, count, number, share, text, under
 from pipeline.presentation.naming import ordered_robots, robot_title
 from pipeline.presentation.published import Published
@@ -109,11 +110,11 @@ class Training:
 
     @property
     def loss(self) -> Cell:
-        """Name of the loss: flows are trained for likelihood, whatever `train.loss` says."""
+        """Name of the loss: that of the method where it has one, whatever `train.loss` says."""
         config = self.card.get("config") or {}
-        if (config.get("model") or {}).get("kind") == "flow":
-            return "likelihood"
-        loss: Cell = (config.get("train") or {}).get("loss")
+        kind = (config.get("model") or {}).get("kind")
+        own = method_of(kind).trained_for if kind in kinds() else ""
+        loss: Cell = own or (config.get("train") or {}).get("loss")
         return loss
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from pipeline.evaluation.config import SampleConfig
 from pipeline.evaluation.sampling import (
     COLUMNS,
     SolutionSamplingError,
+    drawn_rows,
     sample_rows,
     sampler_of,
     spread,
@@ -20,7 +22,9 @@ from pipeline.evaluation.sampling import (
 from pipeline.loading import load_solver
 from robots import Robot, load_robot
 
-CONFIG = SampleConfig(solver="drawn", poses=2, samples=6, seed=5, postures=2, pictured=0)
+CONFIG = SampleConfig(
+    solver="drawn", poses=2, samples=6, references=3, seed=5, postures=2, pictured=0
+)
 
 
 class Drawn:
@@ -48,8 +52,13 @@ def test_every_solution_has_a_row_before_and_after_refinement(panda: Robot) -> N
     rows = sample_rows(panda, drawn, panda.forward_kinematics(joints), CONFIG, 1e-6)
     named = {name for name in COLUMNS if name != "q0"} | {f"q{joint}" for joint in range(7)}
     assert set(rows.columns) == named
-    assert len(rows) == 2 * 2 * 6
-    before, after = rows[~rows.refined], rows[rows.refined]
+    assert len(rows) == 2 * 2 * 6 + 2 * 3
+    before, after = (drawn_rows(rows, refined) for refined in (False, True))
+    references = rows[rows.reference]
+    assert references.found.all() and references.position_error_mm.max() < 0.1
+    assert references["pose"].tolist() == [0] * 3 + [1] * 3
+    own = references[references.starts == 1]
+    assert own.q0.nunique() == len(own) > 2, "descents from starts of their own end apart"
     assert before.position_error_mm.min() > 1
     assert after.position_error_mm.max() < 0.1
     assert after.found.all() and (after.starts == 1).all()
@@ -58,6 +67,12 @@ def test_every_solution_has_a_row_before_and_after_refinement(panda: Robot) -> N
     assert before.pose.tolist() == [0] * 6 + [1] * 6
     moved = after.filter(regex=r"^q\d").to_numpy() - before.filter(regex=r"^q\d").to_numpy()
     assert 0 < np.abs(moved).max() < 0.3, "a refined solution stays near what was drawn"
+    joints = rows[[f"q{joint}" for joint in range(7)]].to_numpy()
+    assert rows.in_collision.tolist() == panda.in_collision(joints).tolist()
+    alone = sample_rows(
+        panda, drawn, panda.forward_kinematics(joints[:2]), replace(CONFIG, references=0), 1e-6
+    )
+    assert not alone.reference.any() and len(alone) == 24
 
 
 def test_spread_is_the_standard_deviation_over_the_solutions_of_a_pose() -> None:

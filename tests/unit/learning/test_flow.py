@@ -17,6 +17,7 @@ from pipeline.learning.factory import build_network, make_objective
 from pipeline.learning.flow.network import FlowNetwork, draw_latents
 from pipeline.learning.flow.objective import FlowObjective
 from pipeline.learning.flow.solver import FlowIk
+from pipeline.learning.networks import parameter_count
 from pipeline.learning.weights import save_weights
 from pipeline.loading import load_solver
 from pipeline.stages import running
@@ -131,6 +132,17 @@ def test_a_mixture_picks_components_as_often_as_they_weigh() -> None:
     unit = network.unit(network.draws(poses, draw_latents(1, 4000, dof, seed=1))[0])
     assert ((unit > 0).all(dim=1) | (unit < 0).all(dim=1)).all()
     assert (unit[:, 0] < 0).float().mean().item() == pytest.approx(0.8, abs=0.03)
+
+
+def test_the_published_size_builds() -> None:
+    """By hand: 24 couplings, layers 195-1024-1024-1024-8 or 196-1024-1024-1024-6, with biases."""
+    network = build_network(load_robot("panda"), compose(["model=ikflow"]).model)
+    assert isinstance(network, FlowNetwork)
+    between = 2 * (1024 * 1024 + 1024)
+    small = (192 + 3) * 1024 + 1024 + between + 1025 * 2 * 4
+    large = (192 + 4) * 1024 + 1024 + between + 1025 * 2 * 3
+    base = 193 * (1 + 7 + 7)
+    assert parameter_count(network.flow) == 12 * (small + large) + base
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import torch
+import yaml
 
 import pipeline.learning
 from baselines import SettingError, SkippedSolver, skip
@@ -69,9 +70,13 @@ METHOD = Method(
 
 
 def model_of(kind: str) -> ModelConfig:
-    values = {"name": kind, "hidden": [8], "tanh_layers": 1, "width": 8, "heads": 1}
-    flow = {"encoder": [8], "couplings": 1, "components": 2, "noise": 0.01}
-    return model_config({"kind": kind, **values, **flow, "experts": 2})
+    """The model of a kind's method in conf/model, made small."""
+    values = {"hidden": [8], "tanh_layers": 1, "width": 8, "heads": 1}
+    usual = method_of(kind).model if kind in kinds() else "compact"
+    path = Path(pipeline.learning.__path__[0]).parents[1] / "conf" / "model" / f"{usual}.yaml"
+    known = yaml.safe_load(path.read_text(encoding="utf-8"))
+    sizes = {"encoder": [8], "couplings": 1, "components": 2, "experts": 2}
+    return model_config({**known, **sizes, **values, "kind": kind})
 
 
 @pytest.mark.parametrize("kind", kinds())
@@ -140,7 +145,7 @@ def test_a_kind_that_no_folder_declares_is_refused_with_those_there_are() -> Non
 
 
 def test_a_refined_solver_takes_the_models_of_its_proposer() -> None:
-    for name in ("cycleik", "flow", "null_space"):
+    for name in ("cycleik", "flow", "iknet", "null_space"):
         assert models_of(f"{name}_refined") == models_of(name)
     with pytest.raises(SettingError, match="'lm' has no network"):
         load_solver("cycleik_refined", load_robot("nico"), proposer="lm")
@@ -148,9 +153,13 @@ def test_a_refined_solver_takes_the_models_of_its_proposer() -> None:
 
 def test_a_refined_solver_takes_any_neural_solver_as_its_proposer(tmp_path: Path) -> None:
     robot = load_robot("nico")
-    with pytest.raises(SettingError, match=r"no neural solver 'lm'.* Valid: cycleik, flow, null_s"):
+    with pytest.raises(
+        SettingError, match=r"no neural solver 'lm'.* Valid: cycleik, .*flow, .*null_s"
+    ):
         load_solver("cycleik_refined", robot, tmp_path, proposer="lm")
-    with pytest.raises(SettingError, match=r"'cycleik_refined'.* Valid: cycleik, flow, null_space"):
+    with pytest.raises(
+        SettingError, match=r"'cycleik_refined'.* Valid: cycleik, .*flow, .*null_space"
+    ):
         load_solver("flow_refined", robot, tmp_path, proposer="cycleik_refined")
     solver = load_solver("cycleik_refined", robot)
     assert isinstance(solver, RefinedSolver)

@@ -15,6 +15,7 @@ from pipeline.reporting.report import make_report, make_table
 from pipeline.reporting.results import read_results
 from pipeline.reporting.topics.experiments import constraints, solutions
 from pipeline.reporting.topics.losses import compare_losses, losses_figure, losses_table, verdict
+from pipeline.reporting.topics.sampling import sampler_measures
 from robots import load_robot
 from tests.unit.reporting.synthetic import PUBLISHED, report_config
 
@@ -151,3 +152,28 @@ def test_a_run_that_cannot_be_read_is_noted(tmp_path: Path) -> None:
     results = read_results(tmp_path)
     assert not results.swept
     assert any("broken" in note and "could not be read" in note for note in results.notes)
+
+
+def test_draws_are_measured_against_references(tmp_path: Path) -> None:
+    """Two solutions that lie apart; draws reach one of them, refined ones both."""
+    parts = []
+    for reference, refined, q0 in (
+        (False, False, [0.0, 0.1]),
+        (False, True, [0.0, 2.0]),
+        (True, True, [0.0, 2.0]),
+    ):
+        part = pd.DataFrame({"pose": [0, 0], "sample": [0, 1], "q0": q0, "starts": 1})
+        part["position_error_mm"] = [0.0, 0.0] if refined else [30.0, 10.0]
+        part["rotation_error_deg"], part["within_limits"] = 0.5, True
+        part["in_collision"] = [False, refined]
+        parts.append(part.assign(reference=reference, refined=refined, found=refined))
+    rows = pd.concat(parts, ignore_index=True)
+    write_table(tmp_path / "sample" / "panda" / "flow.parquet", rows, {})
+    results = read_results(tmp_path)
+    drawn, refined_line = sampler_measures(results).records()
+    assert (drawn["position_mean_mm"], drawn["position_best_mm"]) == (20, 10)
+    assert (drawn["coverage"], refined_line["coverage"]) == (0.5, 1)
+    assert (drawn["clusters"], drawn["in_collision"]) == (2, 0)
+    assert refined_line["in_collision"] == 0.5
+    assert [line["samples"] for line in solutions(results).records()] == [2, 2]
+    assert sampler_measures(read_results(sampled(tmp_path / "older"))).rows == []
