@@ -22,13 +22,14 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 MANY, PARTIAL, EXPLAIN = "solve_all", "solve_partial", "explain"
+AVOID = "avoid"  # of `Solver.solve`
 
 
 class Abilities:
     """The part of the solver protocol that a solver may leave out.
 
     Attributes:
-        abilities: Which of "solve_all", "solve_partial" and "explain" it has.
+        abilities: Which of "solve_all", "solve_partial", "explain" and "avoid" it has.
     """
 
     name: str
@@ -39,7 +40,8 @@ class Abilities:
         """Say why this solver has no such ability, or None if it has it.
 
         Args:
-            ability: Name of a method: "solve_all", "solve_partial" or "explain".
+            ability: Name of a method, "solve_all", "solve_partial" or "explain", or "avoid", an
+                argument of `Solver.solve`.
         """
         if ability in self.abilities:
             return None

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from baselines.abilities import AVOID
 from baselines.avoid import refine_avoiding
 from baselines.avoid_kernel import Slide
 from baselines.checks import (
@@ -54,7 +55,7 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
         **options: The other fields of `LmOptions`.
     """
 
-    avoids: ClassVar[bool] = True
+    abilities: ClassVar[frozenset[str]] = KernelAbilities.abilities | {AVOID}
 
     def __init__(
         self,
@@ -149,10 +150,6 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
             self.robot, poses, initial[:, None, :], options, self.threads, self.library
         )
         return refined.solution()
-
-    def skip_avoiding(self) -> str | None:
-        """See `Solver`: within a largest jump there is one start, and so one answer."""
-        return super().skip_avoiding() if self.max_jump is None else "it avoids without max_jump"
 
     def _solve_avoiding(
         self, poses: Array, initial: Array | None, budget: Budget | None, sets: list[Obstacles]

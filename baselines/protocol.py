@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from baselines.abilities import Abilities
+from baselines.abilities import AVOID, Abilities
 from baselines.checks import check_initial, check_poses
-from baselines.errors import BudgetError, InitialError, PoseError, SkippedSolver
+from baselines.errors import BudgetError, InitialError, PoseError
 from robots.arguments import as_float, as_floats, as_int
 from robots.limits import search_range
 from robots.obstacles import Obstacles, each_obstacles
@@ -114,7 +114,6 @@ class Solver(Abilities, ABC):
         budgets: Budgets that the solver heeds, of "time_s" and "iterations". One that heeds none
             (an analytical solver) takes any budget and needs none.
         mimics: Whether it can solve a chain where one joint mimics another.
-        avoids: Whether it can be asked for joints that are free of collision.
         always_answers: Whether every answer counts with its own error, found or not, as a network's
             does in the paper.
         robot: The robot that it solves for.
@@ -133,7 +132,6 @@ class Solver(Abilities, ABC):
     requires: ClassVar[tuple[str, ...]] = ()
     budgets: ClassVar[frozenset[str]] = frozenset({"time_s", "iterations"})
     mimics: ClassVar[bool] = True
-    avoids: ClassVar[bool] = False
     always_answers: bool = False
     _made_with: tuple[tuple[Any, ...], dict[str, Any]]
 
@@ -194,7 +192,7 @@ class Solver(Abilities, ABC):
             PoseError: Poses of wrong shape, not finite or with a quaternion that is not unit.
             InitialError: An initial guess of wrong shape or not finite.
             BudgetError: A budget of a kind that this solver does not heed.
-            SkippedSolver: Something to avoid, of which this solver knows nothing.
+            AbilityError: Something to avoid, of which this solver knows nothing.
             ObstacleError: Neither one set of obstacles nor one for each pose.
         """
         targets = check_poses(poses)
@@ -204,8 +202,8 @@ class Solver(Abilities, ABC):
             limits = robot.lower, robot.upper, robot.endless
             guesses = check_initial(initial, len(targets), robot.home, *limits)
         chosen = self.budget if budget is None else self._validated_budget(budget)
-        if avoid is not None and (reason := self.skip_avoiding()):
-            raise SkippedSolver(f"solver {self.name or type(self).__name__!r}: {reason}")
+        if avoid is not None:
+            self._need(AVOID)
         sets = None if avoid is None else each_obstacles(avoid, len(targets))
         if len(targets) == 0:
             return Solution.empty(0, self.robot.dof)
@@ -282,14 +280,10 @@ class Solver(Abilities, ABC):
         home = check_initial(None, len(poses), robot.home, robot.lower, robot.upper)
         return self._solve_batch(poses, home, budget)
 
-    def skip_avoiding(self) -> str | None:
-        """Say why this solver cannot be asked for joints free of collision, or None if it can."""
-        return None if self.avoids else "it knows nothing of collisions; lm and cycleik_refined do"
-
     def _solve_avoiding(
         self, poses: Array, initial: Array | None, budget: Budget | None, sets: list[Obstacles]
     ) -> Solution:
-        """Solve checked poses (N, 7) free of collision; see `avoids`.
+        """Solve checked poses (N, 7) free of collision; see `Abilities`.
 
         Args:
             poses: (N, 7), N > 0.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines import Budget, Freedom, Solver
-from baselines.abilities import PARTIAL
+from baselines.abilities import AVOID, PARTIAL
 from pipeline.evaluation.config import HOME, EvaluateConfig
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ class EvaluationTask:
     @property
     def asks_to_avoid(self) -> bool:
         """Whether the solver is told what to avoid."""
-        return self.avoid is not None and self.solver.skip_avoiding() is None
+        return self.avoid is not None and self.solver.lacks(AVOID) is None
 
     def seeded(self) -> EvaluationTask:
         """Return the same task with the seeder's answers as initial guesses."""

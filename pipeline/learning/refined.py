@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import baselines
 from baselines import Budget, SettingError, Solution
+from baselines.abilities import AVOID
 from baselines.avoid import refine_avoiding
 from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
 from baselines.kernel_abilities import KernelAbilities
@@ -59,7 +60,7 @@ class RefinedSolver(KernelAbilities, CompiledQuerySolver):
     """
 
     requires: ClassVar[tuple[str, ...]] = ("torch",)
-    avoids: ClassVar[bool] = True
+    abilities: ClassVar[frozenset[str]] = KernelAbilities.abilities | {AVOID}
 
     def __init__(
         self,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import baselines
-from baselines import SkippedSolver, Solution
+from baselines import AbilityError, Solution
 from pipeline import load_solver
 from pipeline.suites.verdicts import CoalJudge
 from robots import ObstacleError, Obstacles, Robot, Sphere, load_robot
@@ -130,9 +130,9 @@ def test_a_limit_of_time_ends_the_search(panda: Robot, poses: np.ndarray) -> Non
 
 
 def test_who_cannot_says_so(panda: Robot, poses: np.ndarray) -> None:
-    with pytest.raises(SkippedSolver, match="'pinocchio': it knows nothing of collisions"):
+    with pytest.raises(AbilityError, match="'pinocchio' has no avoid"):
         baselines.load("pinocchio", panda).solve(poses, avoid=Obstacles())
-    with pytest.raises(SkippedSolver, match="without max_jump"):
+    with pytest.raises(AbilityError, match="'lm' has no avoid with max_jump="):
         baselines.load("lm", panda, max_jump=0.1).solve(poses, avoid=Obstacles())
     with pytest.raises(ObstacleError, match="for all poses or 40, got 2"):
         baselines.load("lm", panda).solve(poses, avoid=[Obstacles()] * 2)
