@@ -68,6 +68,10 @@ class Artifacts:
         """Folder of the tables and the figure of all protocols of a robot."""
         return self.root / "protocols" / robot
 
+    def tracker(self) -> Path:
+        """Folder of what a tracker is told of trainings and trials."""
+        return self.root / "tracker"
+
     def judge(self, robot: str, suite: str, name: str) -> Path:
         """Raw rows of answers to a suite that came from elsewhere."""
         return self.root / "judge" / robot / suite / f"{name}.parquet"

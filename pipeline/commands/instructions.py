@@ -15,7 +15,7 @@ from pipeline.data.tables import write_table
 from pipeline.instructions.suite import read_suite, rows_of
 from pipeline.presentation.origin import origin_of
 from pipeline.progress import bar
-from pipeline.reporting.topics.instructions import confusion, plan_success
+from pipeline.reporting.instructions import confusion, plan_success
 from pipeline.stages.inputs import artifacts
 
 DESCRIPTION = """\

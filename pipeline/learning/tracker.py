@@ -24,10 +24,9 @@ EXTRA = "pip install -e '.[trackers]'"
 
 @dataclass
 class TrackerConfig:
-    """Which tracker, and where it writes."""
+    """Which tracker."""
 
     kind: str = MISSING
-    folder: str = MISSING
 
     def __post_init__(self) -> None:
         """Refuse trackers that there are not."""
@@ -122,18 +121,21 @@ WRITERS: Mapping[str, type[Writer]] = {
 
 
 @contextmanager
-def tracked(config: TrackerConfig, name: str, settings: Mapping[str, Any]) -> Iterator[Writer]:
+def tracked(
+    config: TrackerConfig, folder: Path, name: str, settings: Mapping[str, Any]
+) -> Iterator[Writer]:
     """Give what a run reports to, and close it whatever ends the run.
 
     Args:
-        config: Which tracker, and where it writes.
+        config: Which tracker.
+        folder: Where it writes.
         name: Of the run.
         settings: Of the run, nested as in the configuration.
 
     Raises:
         MissingPackageError: The tracker's package is not there.
     """
-    writer = WRITERS[config.kind](Path(config.folder), name, dict(_flat(settings)))
+    writer = WRITERS[config.kind](folder, name, dict(_flat(settings)))
     try:
         yield writer
     finally:

@@ -79,7 +79,7 @@ def run(config: Config) -> list[Path]:
         checkpoint = folders.checkpoint(robot.name, config.model.name)
         label = f"train {robot.name} {config.model.name}"
         settings = {"seed": seed, "train": to_dict(config.train), "model": to_dict(config.model)}
-        with tracked(config.tracker, label, settings) as tracker:
+        with tracked(config.tracker, folders.tracker(), label, settings) as tracker:
             trainer = Trainer(
                 robot,
                 build_network(robot, config.model),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 import torch
@@ -11,6 +12,7 @@ from optuna import Trial
 from optuna.exceptions import TrialPruned
 from torch import Tensor
 
+from pipeline.artifacts import Artifacts
 from pipeline.data.dataset import PoseSet
 from pipeline.errors import PipelineError
 from pipeline.learning.cycleik import METHOD
@@ -81,8 +83,9 @@ class TrialObjective:
         held_out = trainer.tensor(self.validation.poses)
         judge = Judge(self.robot, self.config)
         name = f"tune {self.robot.name} {run.label}"
+        folder = Artifacts(Path(self.config.results_dir).absolute()).tracker()
         try:
-            with tracked(self.config.tracker, name, trial.params) as tracker:
+            with tracked(self.config.tracker, folder, name, trial.params) as tracker:
                 trainer.fit(poses, self.validation)
             return values[-1]  # the last step is always reported
         finally:

@@ -26,7 +26,15 @@ OPTIONS: LmOptions = baselines.load("lm", load_robot("panda")).options(None)  # 
 LANES = 8  # a thread of the simulator is one of the system's
 
 
-@pytest.fixture(scope="module", params=available_robots())
+# The simulator is slow: an arm and one with sliding and endless joints; the others with -m slow.
+QUICK = ("panda", "fetch")
+
+
+def marked(name: str) -> object:
+    return name if name in QUICK else pytest.param(name, marks=pytest.mark.slow)
+
+
+@pytest.fixture(scope="module", params=[marked(name) for name in available_robots()])
 def robot(request: pytest.FixtureRequest) -> Robot:
     return load_robot(request.param)
 

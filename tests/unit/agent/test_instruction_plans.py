@@ -10,7 +10,7 @@ import pytest
 from pipeline.agent import Action, Turn
 from pipeline.instructions.plans import CLASSES, SuiteError, classify, read_plan
 from pipeline.instructions.suite import read_suite, rows_of
-from pipeline.reporting.topics.instructions import confusion, plan_success
+from pipeline.reporting.instructions import confusion, plan_success
 
 NAMES = ("banana", "pear", "can")
 

@@ -48,7 +48,14 @@ PLAIN = (
     "perception",
     "detector",
 )
-GROUPS = ("robot", "dataset", "report", "engine", *PLAIN)  # of which none hangs on another
+GROUPS = (
+    "robot",
+    "dataset",
+    "report",
+    "engine",
+    "tracker",
+    *PLAIN,
+)  # of which none hangs on another
 
 
 @cache
