@@ -9,7 +9,6 @@ where errors are worded.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -24,7 +23,6 @@ from baselines.refine import REASONS
 from robots import Robot
 from robots.compiled import njit
 from robots.limits import FARTHEST, FULL_TURN
-from robots.obstacles import Obstacles
 
 Array = NDArray[np.float64]
 
@@ -158,25 +156,18 @@ class CompiledQuerySolver(Solver):
             return super().solve_one(pose, initial)
         return answer, outcome[0] == 0
 
-    def solve(
-        self,
-        poses: ArrayLike,
-        initial: ArrayLike | None = None,
-        budget: Budget | None = None,
-        avoid: Obstacles | Sequence[Obstacles] | None = None,
-    ) -> Solution:
-        """See `Solver.solve`."""
-        if avoid is not None:
-            return super().solve(poses, initial, budget, avoid)
-        if budget is None and type(poses) is np.ndarray and poses.shape == (1, 7):
-            first = initial
-            if type(first) is np.ndarray and first.ndim == 2 and len(first) == 1:
-                first = first[0]
-            answer = np.empty(self.robot.dof)
-            outcome = self._answer(poses[0], first, answer)
-            if outcome is not None:
-                return _solution(answer, *outcome)
-        return super().solve(poses, initial, budget)
+    def _solve_at_once(
+        self, poses: ArrayLike, initial: ArrayLike | None, budget: Budget | None
+    ) -> Solution | None:
+        """See `Solver`: a batch of one row, as plain as the kernel wants it."""
+        if budget is not None or type(poses) is not np.ndarray or poses.shape != (1, 7):
+            return None
+        first = initial
+        if type(first) is np.ndarray and first.ndim == 2 and len(first) == 1:
+            first = first[0]
+        answer = np.empty(self.robot.dof)
+        outcome = self._answer(poses[0], first, answer)
+        return None if outcome is None else _solution(answer, *outcome)
 
     def _answer(
         self, pose: ArrayLike, initial: ArrayLike | None, answer: Array

@@ -29,12 +29,7 @@ NO_LENGTH = 1e-9
 def find_gap(kind, size, poses, a, b):  # type: ignore[no-untyped-def]
     """Signed distance of two shapes.
 
-    Args:
-        kind: (S,) SPHERE, CYLINDER, BOX or MESH.
-        size: (S, 3) m.
-        poses: (S, 12) in any common frame, m.
-        a: Row of the one shape.
-        b: Row of the other.
+    Arguments as of `robots.contact.contact`.
 
     Returns:
         Distance [m], below 0 the depth of the overlap; unit normal from a to b, a tuple; and the

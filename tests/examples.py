@@ -27,3 +27,14 @@ def run(
     monkeypatch.setattr(sys, "stdin", sys.stdin)  # an example may put another one in its place
     runpy.run_path(str(path), run_name="__main__")
     return capsys.readouterr().out
+
+
+@pytest.fixture
+def output(
+    request: pytest.FixtureRequest,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> str:
+    """What the example of the parameter's number prints in an empty folder."""
+    return run(request.param, capsys, monkeypatch, tmp_path)

@@ -89,10 +89,10 @@ def judge_answers(
     Args:
         answers: With the columns of `COLUMNS`; others are left alone.
         path: Of the file that they came from, for messages.
-        name: How the solver is called in the rows.
+        name: As of `judge`, like those that follow.
         suite: That was answered.
         robot: The robot.
-        config: Tolerance of a claim, slack of a limit.
+        config: Of an evaluation.
         seed: Root seed of the suite.
 
     Raises:

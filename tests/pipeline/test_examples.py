@@ -7,20 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.examples import EXAMPLES, SLOW, run, scripts
+from tests import examples
+from tests.examples import EXAMPLES, SLOW, scripts
 
+output = examples.output
 LONGEST = 40  # lines, exclusive
 FOLDER = EXAMPLES.parent
-
-
-@pytest.fixture
-def output(
-    request: pytest.FixtureRequest,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-) -> str:
-    return run(request.param, capsys, monkeypatch, tmp_path)
 
 
 def test_there_are_ten_short_ones_and_each_is_tested() -> None:

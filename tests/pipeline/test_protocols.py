@@ -9,6 +9,7 @@ import pytest
 
 from pipeline.__main__ import main
 from pipeline.data.tables import read_metadata, read_table
+from tests.refusals import assert_refused
 
 PROTOCOLS = ["curobo", "hjcd_ik", "trac_ik"]  # all six: tests/slow/test_all_protocols.py
 RUN = [
@@ -68,8 +69,4 @@ def test_the_same_again_measures_nothing(folder: Path, capsys: pytest.CaptureFix
 def test_what_cannot_be_is_refused(
     arguments: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main([*arguments, "profile=smoke", f"results_dir={tmp_path / 'out'}"]) == 2
-    err = capsys.readouterr().err
-    assert words in err
-    assert err.count("\n") == 1
-    assert not (tmp_path / "out").exists()
+    assert_refused(arguments, words, tmp_path, capsys)

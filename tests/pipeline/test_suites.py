@@ -9,6 +9,7 @@ import pytest
 
 from pipeline.__main__ import main
 from pipeline.data.tables import read_metadata, read_table
+from tests.refusals import assert_refused
 
 RUN = ["robot=nico", "profile=smoke", "evaluate.solvers=[lm]"]
 SUITES = "suites=[unreachable,warm]"
@@ -81,8 +82,4 @@ def test_answers_are_judged_from_the_command_line(
 def test_what_cannot_be_is_refused(
     arguments: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main([*arguments, "profile=smoke", f"results_dir={tmp_path / 'out'}"]) == 2
-    err = capsys.readouterr().err
-    assert words in err
-    assert err.count("\n") == 1
-    assert not (tmp_path / "out").exists()
+    assert_refused(arguments, words, tmp_path, capsys)

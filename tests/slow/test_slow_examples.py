@@ -6,19 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.examples import run
+from tests import examples
 
 pytestmark = pytest.mark.slow
-
-
-@pytest.fixture
-def output(
-    request: pytest.FixtureRequest,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-) -> str:
-    return run(request.param, capsys, monkeypatch, tmp_path)
+output = examples.output
 
 
 @pytest.mark.parametrize("output", ["06"], indirect=True)

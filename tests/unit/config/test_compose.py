@@ -12,27 +12,9 @@ from pipeline.config import chosen, compose, group_choices, sweep, to_yaml
 from pipeline.errors import ConfigError
 from pipeline.locations import CONF_DIR
 from robots.locations import FOLDER
+from tests.groups import PLAIN
 
-GROUPS = (
-    "protocol",
-    "robot",
-    "model",
-    "tune",
-    "engine",
-    "profile",
-    "experiment",
-    "train",
-    "evaluate",
-    "sample",
-    "suite",
-    "reach",
-    "plan",
-    "grasp",
-    "agent",
-    "speech",
-    "perception",
-    "detector",
-)
+GROUPS = ("robot", "model", "tune", "engine", "profile", "experiment", "train", "tracker", *PLAIN)
 CHOICES = [(group, choice) for group in GROUPS for choice in group_choices(group)]
 
 

@@ -32,22 +32,10 @@ from pipeline.config import (
 from pipeline.key_comments import key_comments
 from pipeline.locations import CONF_DIR
 from pipeline.settings import Config
+from tests.groups import PLAIN
 
 HEADER = "# @package _global_\n"
 STRUCTURE = ("defaults", registry.TARGET)  # they say what is composed; they are no values
-PLAIN = (
-    "evaluate",
-    "sample",
-    "suite",
-    "reach",
-    "protocol",
-    "plan",
-    "grasp",
-    "agent",
-    "speech",
-    "perception",
-    "detector",
-)
 GROUPS = (
     "robot",
     "dataset",
