@@ -139,6 +139,7 @@ class CompiledQuerySolver(Solver):
     """
 
     _bound: tuple[Budget | None, LmOptions] | None = None
+    _asked: tuple[Budget, LmOptions] | None = None
 
     @abstractmethod
     def options(self, budget: Budget | None) -> LmOptions:
@@ -151,7 +152,7 @@ class CompiledQuerySolver(Solver):
     def solve_one(self, pose: ArrayLike, initial: ArrayLike | None = None) -> tuple[Array, bool]:
         """See `Solver.solve_one`."""
         answer = np.empty(self.robot.dof)
-        outcome = self._answer(pose, initial, answer)
+        outcome = self._answer(pose, initial, answer, self._options_now())
         if outcome is None:
             return super().solve_one(pose, initial)
         return answer, outcome[0] == 0
@@ -160,20 +161,20 @@ class CompiledQuerySolver(Solver):
         self, poses: ArrayLike, initial: ArrayLike | None, budget: Budget | None
     ) -> Solution | None:
         """See `Solver`: a batch of one row, as plain as the kernel wants it."""
-        if budget is not None or type(poses) is not np.ndarray or poses.shape != (1, 7):
+        if type(poses) is not np.ndarray or poses.shape != (1, 7):
             return None
         first = initial
         if type(first) is np.ndarray and first.ndim == 2 and len(first) == 1:
             first = first[0]
         answer = np.empty(self.robot.dof)
-        outcome = self._answer(poses[0], first, answer)
+        options = self._options_now() if budget is None else self._options_of(budget)
+        outcome = self._answer(poses[0], first, answer, options)
         return None if outcome is None else _solution(answer, *outcome)
 
     def _answer(
-        self, pose: ArrayLike, initial: ArrayLike | None, answer: Array
+        self, pose: ArrayLike, initial: ArrayLike | None, answer: Array, options: LmOptions
     ) -> tuple[int, int, int, int] | None:
         """Solve one pose; None where the array API has to."""
-        options = self._options_now()
         timed = options.time_ns > 0
         if timed not in self._queries:
             self._queries[timed] = self.compile_query(options)
@@ -200,6 +201,13 @@ class CompiledQuerySolver(Solver):
         if bound is None or bound[0] is not self.budget:
             bound = self._bound = (self.budget, self.options(None))
         return bound[1]
+
+    def _options_of(self, budget: Budget) -> LmOptions:
+        """The kernel's options under a budget; those of the last one are kept."""
+        asked = self._asked
+        if asked is None or asked[0] is not budget:
+            asked = self._asked = (budget, self.options(self._validated_budget(budget)))
+        return asked[1]
 
 
 def _solution(answer: Array, status: int, iterations: int, starts: int, ns: int) -> Solution:

@@ -106,6 +106,20 @@ def test_its_own_budget_holds_and_may_be_replaced() -> None:
     assert solver.solve(poses[:1] + 10 * np.eye(7)[0]).reason == ("out of time",)
 
 
+@pytest.mark.parametrize("budget", [Budget(iterations=8), Budget(time_s=0.5)], ids=str)
+def test_a_batch_of_one_under_a_budget_is_a_row_of_the_batch(
+    solver: Solver, budget: Budget
+) -> None:
+    poses = drawn(solver.robot, 30)
+    whole = solver.solve(poses, budget=budget)
+    for row, pose in enumerate(poses):
+        one = solver.solve(pose[None], budget=budget)
+        np.testing.assert_array_equal(one.joints[0], whole.joints[row])
+        assert one.found[0] == whole.found[row]
+        assert one.reason == whole.reason[row : row + 1]
+        assert one.iterations[0] == whole.iterations[row]
+
+
 def test_copies_and_pickles_answer_alike(solver: Solver) -> None:
     pose = drawn(solver.robot, 1)[0]
     expected = solver.solve_one(pose)[0]
