@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 
 import numpy as np
 import pytest
@@ -33,7 +34,11 @@ COLUMNS = re.compile(r"LM, compiled\S*\s+([\d.]+)\s+([\d.]+)\s+([\d.]+)\s+([\d.]
 def served(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """A command that serves a page, and the page's address; it is ended by Ctrl-C."""
     command = [sys.executable, "-m", "pipeline", *arguments, "port=0", "open=false"]
-    with subprocess.Popen(command, cwd=FOLDER, stdout=subprocess.PIPE, text=True) as process:
+    # What a shell starts in the background ignores Ctrl-C, and so would what that starts.
+    heed = partial(signal.signal, signal.SIGINT, signal.default_int_handler)
+    with subprocess.Popen(
+        command, cwd=FOLDER, stdout=subprocess.PIPE, text=True, preexec_fn=heed
+    ) as process:
         try:
             yield process, printed(process, r"(http://\S+) shows it")
             process.send_signal(signal.SIGINT)
