@@ -78,12 +78,13 @@ class EvaluationTask:
     def _at(self, rows: slice | NDArray[np.int64]) -> EvaluationTask:
         initial = self.initial
         if initial is not None and initial.ndim == 2:
-            initial = initial[rows]
+            initial = np.ascontiguousarray(initial[rows])
         follows = None if self.follows is None else self.follows[rows]
         freedoms, avoid = _of(self.freedoms, rows), _of(self.avoid, rows)
         return replace(
             self,
-            poses=self.poses[rows],
+            # Columns of a file lie one after another; a caller's pose is in one piece.
+            poses=np.ascontiguousarray(self.poses[rows]),
             initial=initial,
             follows=follows,
             freedoms=None if freedoms is None else tuple(freedoms),
