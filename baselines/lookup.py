@@ -72,8 +72,9 @@ class Lookup(KernelAbilities, Solver):
 
     @cached_property
     def joints(self) -> Array:
-        """What is remembered; drawn when it is first needed."""
-        return self.robot.sample(self.remembered, seed=LIBRARY_SEED)
+        """What is remembered, free of collision where that can be told; drawn when first needed."""
+        known = not self.robot.urdf.broken_collisions
+        return self.robot.sample(self.remembered, seed=LIBRARY_SEED, collision_free=known)
 
     @cached_property
     def tree(self) -> KDTree:
