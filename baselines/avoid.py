@@ -68,8 +68,11 @@ def refine_avoiding(
         avoid_rows(robot.chain, *inputs, library, options, *bound, first, joints, outcomes)
         joints = robot.nearest_turns(joints)
         refuted = (outcomes[:, 0] == FOUND) & ~robot.clearance.free(joints, sets)
-        result.joints[waiting] = joints
-        result.status[waiting] = np.where(refuted, IN_COLLISION, outcomes[:, 0])
+        status = np.where(refuted, IN_COLLISION, outcomes[:, 0])
+        # What an earlier round has taken back reaches its pose at least.
+        taken = np.isin(status, (FOUND, IN_COLLISION)) | (result.status[waiting] != IN_COLLISION)
+        result.joints[waiting[taken]] = joints[taken]
+        result.status[waiting[taken]] = status[taken]
         result.iterations[waiting] += outcomes[:, 1]
         result.starts[waiting] = outcomes[:, 2]
         time_ns[waiting] += outcomes[:, 3]

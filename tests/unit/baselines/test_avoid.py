@@ -7,6 +7,8 @@ import pytest
 
 import baselines
 from baselines import AbilityError, Solution
+from baselines.avoid import refine_avoiding
+from baselines.lm import LevenbergMarquardt
 from pipeline import load_solver
 from pipeline.suites.verdicts import CoalJudge
 from robots import ObstacleError, Obstacles, Robot, Sphere, load_robot
@@ -110,6 +112,22 @@ def test_what_is_never_free_is_not_found(panda: Robot, poses: np.ndarray) -> Non
     assert solution.reason == ("in collision",)
     reached = panda.forward_kinematics(solution.joints)
     np.testing.assert_allclose(reached[0, :3], poses[0, :3], atol=1e-4)
+
+
+def test_what_is_taken_back_still_reaches_its_pose(
+    panda: Robot, poses: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second round has no start left: the answer of the first one stays."""
+    solver = baselines.load("lm", panda)
+    assert isinstance(solver, LevenbergMarquardt)
+    once = solver.options(None)._replace(starts=1)
+    seeds = panda.sample(COUNT, seed=8)[:, None]
+    monkeypatch.setattr(panda.clearance, "free", lambda joints, sets: np.zeros(len(joints), bool))
+    bound = once, solver.slide, solver.library, [Obstacles()] * COUNT
+    refined = refine_avoiding(panda, poses, seeds, *bound)
+    assert set(refined.solution().reason) == {"in collision"}
+    reached = panda.forward_kinematics(refined.joints)
+    np.testing.assert_allclose(reached[:, :3], poses[:, :3], atol=1e-4)
 
 
 def test_what_is_out_of_reach_comes_as_near_as_without_obstacles(panda: Robot) -> None:
