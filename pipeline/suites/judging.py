@@ -24,6 +24,7 @@ from pipeline.suites.drawing import SuiteError
 from pipeline.suites.generators import Suite
 from pipeline.suites.problems import freedoms
 from pipeline.suites.rows import with_problems
+from robots.limits import FARTHEST
 
 if TYPE_CHECKING:
     from pipeline.evaluation.config import EvaluateConfig
@@ -39,7 +40,6 @@ COLUMNS = {
 }
 NO_ANSWER, NOT_FINITE = "no answer", "joints were not finite"
 SUFFIX = " (re-judged)"  # ends the name of a solver whose rows came from elsewhere
-FARTHEST = 1e9  # rad or m; joints beyond are no numbers that anything can be computed of
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def judge_answers(
     found = np.zeros(count, dtype=bool)
     reason = np.full(count, NO_ANSWER, dtype=object)
     given = answers[joint_columns(robot)].to_numpy(dtype=np.float64)
-    finite = (np.abs(given) < FARTHEST).all(axis=1)
+    finite = (np.abs(given) <= FARTHEST).all(axis=1)
     pose = answers.pose.to_numpy(dtype=np.int64)
     joints[pose[finite]] = given[finite]
     found[pose] = answers.found.to_numpy(dtype=bool) & finite

@@ -53,9 +53,12 @@ def test_known_solutions_are_found_and_no_time_is_believed(judged: Any, warm: Su
     assert set(rows.stratum) == {"near"}
 
 
-def test_what_is_wrong_with_answers_is_counted_and_named(judged: Any, warm: Suite) -> None:
+@pytest.mark.parametrize("value", [np.nan, 1e7])
+def test_what_is_wrong_with_answers_is_counted_and_named(
+    judged: Any, warm: Suite, value: float
+) -> None:
     frame = answers(warm)
-    frame.loc[1, "q0"] = np.nan
+    frame.loc[1, "q0"] = value
     frame.loc[2, "q1"] = 9.0
     frame.loc[3, ["q0", "q1"]] += 0.5
     made = judged(frame[:4])
