@@ -126,6 +126,8 @@ class Obstacles:
         parts: dict[str, Any] = dict(values)
         for name, kind in (("boxes", Box), ("spheres", Sphere)):
             entries = parts.get(name) or ()
+            if not isinstance(entries, Sequence) or isinstance(entries, str):
+                raise ObstacleError(f"{name}: expected a list, got {entries!r}")
             for entry in entries:
                 _check_keys(name, entry, kind)
             try:

@@ -120,6 +120,7 @@ def test_plain_forms_say_the_same(tmp_path: Path) -> None:
     ("values", "words"),
     [
         ({"box": []}, "no key 'box'"),
+        ({"boxes": 5}, "boxes: expected a list, got 5"),
         ({"boxes": [{"position": [0, 0, 0]}]}, "size"),
         ({"boxes": [{"position": [0, 0, 0], "size": [1, 1, 0]}]}, "edges above 0"),
         ({"boxes": [{"position": [0, 0], "size": [1, 1, 1]}]}, "position as 3 finite"),
