@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -74,7 +75,8 @@ class Abilities:
         limit = count_settings({"count": count})["count"]
         distance = positive_settings({"apart": apart})["apart"]
         target = _one_pose(pose)
-        return self._solve_all(target, limit, distance, self._guess(initial))
+        guesses = self._guesses(initial, 1)
+        return self._solve_all(target, limit, distance, None if guesses is None else guesses[0])
 
     def solve_partial(
         self,
@@ -104,12 +106,8 @@ class Abilities:
         self._need(PARTIAL)
         targets = check_poses(poses)
         widths = widths_of(freedom, len(targets))
-        robot = self.robot
-        guesses = None
-        if initial is not None:
-            limits = robot.lower, robot.upper, robot.endless
-            guesses = check_initial(initial, len(targets), robot.home, *limits)
-        return self._solve_partial(targets, widths, guesses, budget)
+        guesses = self._guesses(initial, len(targets))
+        return self._nearest_turns(self._solve_partial(targets, widths, guesses, budget), initial)
 
     def explain(self, pose: ArrayLike) -> Explanation:
         """Say why a pose has no solution, with the evidence.
@@ -143,12 +141,20 @@ class Abilities:
         if reason is not None:
             raise AbilityError(reason)
 
-    def _guess(self, initial: ArrayLike | None) -> Array | None:
+    def _guesses(self, initial: ArrayLike | None, count: int) -> Array | None:
+        """Initial guesses (count, dof) inside the limits, where there are any."""
         robot = self.robot
         if initial is None:
             return None
         limits = robot.lower, robot.upper, robot.endless
-        return check_initial(initial, 1, robot.home, *limits)[0]
+        return check_initial(initial, count, robot.home, *limits)
+
+    def _nearest_turns(self, solution: Solution, initial: ArrayLike | None) -> Solution:
+        """Turn joints that turn for ever to where they are nearest to the initial guess."""
+        if not self.robot.endless.any():
+            return solution
+        near = None if initial is None else np.asarray(initial, dtype=np.float64)
+        return replace(solution, joints=self.robot.nearest_turns(solution.joints, near))
 
 
 def _one_pose(pose: ArrayLike) -> Array:

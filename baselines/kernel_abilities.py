@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from itertools import islice
+from itertools import chain, islice
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -56,11 +56,11 @@ class KernelAbilities(Abilities):
         first = self.first_seeds(pose[None], None if guess is None else guess[None])[0]
         near = nearest_remembered(self.seed_memory(), pose)
         fresh = restart_configurations(pose, robot.chain.lower, robot.chain.upper)
-        starts = np.vstack([first, near, *islice(fresh, DESCENTS)])[:DESCENTS]
+        starts = chain(first, near, fresh)
         once = self.options(None)._replace(starts=1, time_ns=0)
         kept = np.empty((0, robot.dof))
-        for begin in range(0, DESCENTS, ROUND):
-            seeds = starts[begin : begin + ROUND]
+        for _ in range(0, DESCENTS, ROUND):
+            seeds = np.stack(list(islice(starts, ROUND)))
             met = refine(robot, np.tile(pose, (len(seeds), 1)), seeds[:, None], once)
             kept = distinct(robot, met.joints[met.found], apart, kept)
             if len(kept) >= count:
@@ -72,11 +72,7 @@ class KernelAbilities(Abilities):
     ) -> Solution:
         seeds = self.first_seeds(poses, initial)
         bound = self.options(budget), self.seed_memory()
-        refined = refine_freely(self.robot.chain, poses, seeds, widths, *bound)
-        joints = self.robot.nearest_turns(refined.joints)
-        if initial is not None:
-            joints = self.robot.nearest_turns(joints, initial)
-        return refined.solution(joints)
+        return refine_freely(self.robot.chain, poses, seeds, widths, *bound).solution()
 
     def _explain(self, pose: Array) -> Explanation:
         seeds = self.first_seeds(pose[None], None)

@@ -198,11 +198,7 @@ class Solver(Abilities, ABC):
         if avoid is None and (answer := self._solve_at_once(poses, initial, budget)) is not None:
             return answer
         targets = check_poses(poses)
-        robot = self.robot
-        guesses = None
-        if initial is not None:
-            limits = robot.lower, robot.upper, robot.endless
-            guesses = check_initial(initial, len(targets), robot.home, *limits)
+        guesses = self._guesses(initial, len(targets))
         chosen = self.budget if budget is None else self._validated_budget(budget)
         if avoid is not None:
             self._need(AVOID)
@@ -246,13 +242,6 @@ class Solver(Abilities, ABC):
             )
         solution = self.solve(target[None], guess)
         return solution.joints[0], bool(solution.found[0])
-
-    def _nearest_turns(self, solution: Solution, initial: ArrayLike | None) -> Solution:
-        """Turn joints that turn for ever to where they are nearest to the initial guess."""
-        if not self.robot.endless.any():
-            return solution
-        near = None if initial is None else np.asarray(initial, dtype=np.float64)
-        return replace(solution, joints=self.robot.nearest_turns(solution.joints, near))
 
     def _only_true_claims(self, solution: Solution, poses: Array) -> Solution:
         """Take back claims for joints whose tip is outside the tolerances, as we compute it.

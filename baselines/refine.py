@@ -72,11 +72,10 @@ class Refined:
         status, iterations, starts = np.zeros((3, count), dtype=np.int64)
         return cls(np.zeros((count, dof)), status, iterations, starts, np.zeros(count))
 
-    def solution(self, joints: Array | None = None) -> Solution:
-        """The same as a `Solution`, with other joints (N, dof) where these were turned."""
+    def solution(self) -> Solution:
+        """The same as a `Solution`."""
         reasons = tuple(_REASON_OF[self.status].tolist())
-        joints = self.joints if joints is None else joints
-        return Solution(joints, self.found, self.time_s, self.iterations, reasons)
+        return Solution(self.joints, self.found, self.time_s, self.iterations, reasons)
 
 
 def thread_count(count: int) -> int:

@@ -147,6 +147,14 @@ def test_an_arm_of_five_joints_points_its_tool(tmp_path: Path) -> None:
     assert solver.solve_partial(poses, Freedom.free_about("z")).found.mean() > 0.95
 
 
+def test_joints_that_turn_for_ever_stay_near_the_guess(robot: Robot) -> None:
+    """As of `solve`: within half a turn of the guess, however often that went round."""
+    guess = robot.home + np.where(robot.endless, 6 * np.pi, 0.0)
+    pose, solver = robot.forward_kinematics(robot.home[None]), baselines.load("lm", robot)
+    for solution in (solver.solve_partial(pose, Freedom(), guess), solver.solve(pose, guess)):
+        np.testing.assert_allclose(solution.joints[0], guess, atol=1e-9)
+
+
 def test_each_pose_may_have_freedoms_of_its_own(robot: Robot) -> None:
     solver = baselines.load("lm", robot)
     pose = robot.forward_kinematics(robot.home[None])[0]
