@@ -45,7 +45,7 @@ def find_gap(kind, size, poses, a, b):  # type: ignore[no-untyped-def]
     distance, n, point = _gap_along_axes(kind, size, poses, a, b)
     if distance <= 0.0:
         return distance, n, point
-    return _gap_of_boxes(kind, size, poses, a, b, n, point)
+    return _gap_of_boxes(size, poses, a, b, n, point)
 
 
 @njit(no_cpython_wrapper=True)
@@ -165,7 +165,7 @@ def _corner(size, poses, i, number):  # type: ignore[no-untyped-def]
 
 
 @njit(no_cpython_wrapper=True)
-def _gap_of_boxes(kind, size, poses, a, b, n, point):  # type: ignore[no-untyped-def]
+def _gap_of_boxes(size, poses, a, b, n, point):  # type: ignore[no-untyped-def]
     """Distance of two boxes that are apart; normal and point are kept where they touch."""
     best = np.inf
     for solid, other, sign in ((a, b, 1.0), (b, a, -1.0)):
@@ -178,8 +178,9 @@ def _gap_of_boxes(kind, size, poses, a, b, n, point):  # type: ignore[no-untyped
                 v = _out_of(poses, solid, u)
                 best, n, point = distance, (sign * v[0], sign * v[1], sign * v[2]), p
     for first in range(12):
+        edge = _edge(size, poses, a, first)
         for second in range(12):
-            distance, u, p = _gap_of_edges(size, poses, a, b, first, second)
+            distance, u, p = _gap_of_edges(edge, _edge(size, poses, b, second))
             if NO_LENGTH < distance < best:
                 best, n, point = distance, u, p
     return (best if best < np.inf else 0.0), n, point
@@ -203,13 +204,13 @@ def _edge(size, poses, i, number):  # type: ignore[no-untyped-def]
 
 
 @njit(no_cpython_wrapper=True)
-def _gap_of_edges(size, poses, a, b, first, second):  # type: ignore[no-untyped-def]
-    """Distance of two edges where it is taken inside both, infinite otherwise.
+def _gap_of_edges(first, second):  # type: ignore[no-untyped-def]
+    """Distance of two edges, each as of `_edge`, where it is taken inside both, else infinite.
 
     Two lines at their nearest: Ericson, "Real-Time Collision Detection", section 5.1.8.
     """
-    p, u, half_u = _edge(size, poses, a, first)
-    q, v, half_v = _edge(size, poses, b, second)
+    p, u, half_u = first
+    q, v, half_v = second
     cosine = u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
     sine2 = 1.0 - cosine * cosine
     if sine2 < NO_LENGTH:
