@@ -17,7 +17,13 @@ from numpy.typing import NDArray
 from baselines.clock import now_ns
 from baselines.damped_solve import damped_solve
 from baselines.damped_step import damped_step
-from baselines.linearise import Linearisation, find_error, find_jacobian, set_target
+from baselines.linearise import (
+    Linearisation,
+    find_error,
+    find_jacobian,
+    new_linearisation,
+    set_target,
+)
 from baselines.lm_kernel import FOUND, IN_COLLISION, limited, refine_from
 from robots.clearance_kernel import place, push_away, set_obstacles
 from robots.compiled import njit
@@ -64,15 +70,7 @@ class Work(NamedTuple):
 def new_work(joints: int, dof: int, remembered: int) -> Work:
     """Room for a chain of `joints` driven joints, `dof` variables, and a seed library."""
     return Work(
-        at=Linearisation(
-            goal=np.empty((3, 3)),
-            axes=np.empty((joints, 3)),
-            origins=np.empty((joints, 3)),
-            error=np.empty(6),
-            jacobian=np.empty((dof, 6)),
-            rotation=np.empty((3, 3)),
-            position=np.empty(3),
-        ),
+        at=new_linearisation(joints, dof),
         solved=np.empty(6),
         step=np.empty(dof),
         free=np.empty(dof, dtype=np.bool_),

@@ -89,12 +89,15 @@ def explain(robot: Robot, pose: Array, seeds: Array, options: LmOptions) -> Expl
     at_place = refine_freely(robot.chain, target, also, place.widths[None], thorough)
     nearest = robot.forward_kinematics(robot.nearest_turns(at_place.joints))[0, :3]
     there = bool(at_place.found[0])
-    excess = _lifted(robot, pose, also, whole if there else place, options)
+    found = bool(met.found[0])
+    excess: Array | None = np.zeros(robot.dof)  # what is found inside the limits exceeds none
+    if not found:
+        excess = _lifted(robot, pose, also, whole if there else place, options)
     lifted = excess is not None
     beyond = float(reach_bound(robot).beyond(target[:, :3])[0])
     close = distance <= NEAR * options.position_tolerance_m
     close = close and angle <= NEAR * options.rotation_tolerance_rad
-    reason = _reason(bool(met.found[0]), beyond, close, there, lifted)
+    reason = _reason(found, beyond, close, there, lifted)
     over = np.zeros(robot.dof) if excess is None else excess
     missing = float(np.linalg.norm(nearest - pose[:3]))
     return Explanation(
@@ -203,10 +206,9 @@ def _sentence(
 
 def _over(robot: Robot, excess: Array) -> str:
     """Joints beyond their limits, and by how much."""
-    sliding = np.bincount(robot.chain.variable[robot.chain.prismatic], minlength=robot.dof) > 0
     texts = [
         f"{name} by {1e3 * over:.3g} mm" if slides else f"{name} by {np.rad2deg(over):.3g} deg"
-        for name, over, slides in zip(robot.joint_names, excess, sliding, strict=True)
+        for name, over, slides in zip(robot.joint_names, excess, robot.sliding, strict=True)
         if over > 0.0
     ]
     return " and ".join(texts)

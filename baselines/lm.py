@@ -154,8 +154,7 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
     def _solve_avoiding(
         self, poses: Array, initial: Array | None, budget: Budget | None, sets: list[Obstacles]
     ) -> Solution:
-        first = np.broadcast_to(self.robot.home, (len(poses), self.robot.dof))
-        seeds = (first if initial is None else initial)[:, None]
+        seeds = self.first_seeds(poses, initial)
         bound = self.options(budget), self.slide, self.library, sets
         return refine_avoiding(self.robot, poses, seeds, *bound).solution()
 

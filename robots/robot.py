@@ -131,6 +131,13 @@ class Robot:
         position = self.forward_kinematics(samples)[:, :3]
         return np.stack([position.min(axis=0), position.max(axis=0)])
 
+    @cached_property
+    def sliding(self) -> NDArray[np.bool_]:
+        """(dof,) which joints slide."""
+        found = np.zeros(self.dof, dtype=bool)
+        found[self.chain.variable[self.chain.prismatic]] = True
+        return found
+
     def link_poses(self, joints: ArrayLike) -> dict[str, Array]:
         """Pose (4, 4) of every link in the root's frame for one configuration (dof,), m."""
         return link_poses(self.urdf, self.positions(joints))

@@ -155,10 +155,8 @@ class RefinedSolver(KernelAbilities, CompiledQuerySolver):
     ) -> Solution:
         """Descend from the initial guess, then from every hypothesis, the best first."""
         start = time.perf_counter()
-        seeds = self.hypotheses(poses).joints
+        seeds = self.first_seeds(poses, initial)
         network_s = (time.perf_counter() - start) / len(poses)
-        if initial is not None:
-            seeds = np.concatenate((initial[:, None], seeds), axis=1)
         bound = self.options(budget), self.kernel.slide, self.library, sets
         refined = refine_avoiding(self.robot, poses, seeds, *bound)
         refined.time_s[:] += network_s

@@ -38,7 +38,7 @@ def smallest_singular_value(robot: Robot, joints: Array, length_m: float) -> Arr
     """
     jacobians = robot.jacobian(joints)
     jacobians[:, :3] /= length_m
-    jacobians[:, :, sliding(robot)] *= length_m
+    jacobians[:, :, robot.sliding] *= length_m
     return np.asarray(np.linalg.svd(jacobians, compute_uv=False)[:, -1])
 
 
@@ -48,13 +48,6 @@ def characteristic_length(robot: Robot, bound: ReachBound) -> float:
     points = robot.forward_kinematics(joints)[:, :3]
     distance = np.linalg.norm(points - bound.nearest(points), axis=1)
     return max(float(rounded(np.median(distance, keepdims=True))[0]), SHORTEST_M)
-
-
-def sliding(robot: Robot) -> NDArray[np.bool_]:
-    """Return which joints slide, (dof,)."""
-    found = np.zeros(robot.dof, dtype=bool)
-    found[robot.chain.variable[robot.chain.prismatic]] = True
-    return found
 
 
 @lru_cache(maxsize=8)

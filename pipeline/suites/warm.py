@@ -10,7 +10,7 @@ from pipeline.seeding import derive_seed
 from pipeline.suites.config import WarmConfig
 from pipeline.suites.drawing import draw, uniform_joints
 from pipeline.suites.problems import Problems, in_turns, reached
-from pipeline.suites.singularity import scale, sliding
+from pipeline.suites.singularity import scale
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -32,7 +32,7 @@ def warm(robot: Robot, config: WarmConfig, seed: int) -> Problems:
 
 def _near(robot: Robot, offset_deg: float, count: int, seed: int) -> Problems:
     _, length_m = scale(robot)
-    offset = np.where(sliding(robot), length_m, 1.0) * np.deg2rad(offset_deg)
+    offset = np.where(robot.sliding, length_m, 1.0) * np.deg2rad(offset_deg)
 
     def propose(rng: np.random.Generator) -> Problems:
         start = uniform_joints(robot, rng)

@@ -25,7 +25,7 @@ from pipeline.suites.generators import (
     write_suite,
 )
 from pipeline.suites.problems import checksum, freedoms, from_frame, to_frame
-from pipeline.suites.singularity import scale, sliding, smallest_singular_value
+from pipeline.suites.singularity import scale, smallest_singular_value
 from robots import Robot, load_robot
 from robots.rotations import matrix_from_quaternion, rotation_angle
 from tests.suites import POSES, config_of, known_checksums
@@ -180,7 +180,7 @@ def test_what_is_free_is_turned_and_nothing_else(robot: str) -> None:
 def test_warm_targets_are_so_far_from_their_start(robot: str) -> None:
     made, problems = robot_of(robot), suite_of(robot, "warm").problems
     assert problems.start is not None
-    unit = np.where(sliding(made), scale(made)[1], 1.0)  # a sliding joint: 1 rad by its length
+    unit = np.where(made.sliding, scale(made)[1], 1.0)  # a sliding joint: 1 rad by its length
     moved = np.rad2deg(np.abs(problems.joints - problems.start) / unit)
     for name, degrees in (("3deg", 3.0), ("10deg", 10.0)):
         np.testing.assert_allclose(moved[problems.stratum == name], degrees, atol=1e-6)
