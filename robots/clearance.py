@@ -44,13 +44,9 @@ class ClearanceChecker:
         self.base: Array = bodies.pose[robot.base]
         links = [name for name, link in robot.urdf.links.items() if link.collisions]
         moving = [name for name in links if bodies.frame[name] >= 0]
-        meshes = any(s.kind == "mesh" for n in links for s in robot.urdf.links[n].collisions)
-        boxes = checker.exact.boxes() if meshes else {}
+        boxes = checker.mesh_boxes(links)
         shapes = build_shapes(robot.urdf, bodies, checker.pairs, boxes, moving)
-        names = list(dict.fromkeys([*(n for pair in checker.pairs for n in pair), *moving]))
-        counts = [len(robot.urdf.links[name].collisions) for name in names]
-        rows = np.flatnonzero(shapes.link_frame >= 0)
-        self.scene = Scene(checker.tree, shapes, rows, np.cumsum([0, *counts], dtype=np.int64))
+        self.scene = Scene(checker.tree, shapes, np.flatnonzero(shapes.link_frame >= 0))
 
     def rows(self, obstacles: Obstacles | Sequence[Obstacles], count: int) -> ObstacleRows:
         """Return obstacles of `count` configurations as arrays for compiled code."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.bodies import BodyTree
-from robots.collision_kernel import ROOT, carry, find_frames, turn
+from robots.collision_kernel import ROOT, apart, carry, find_frames, turn
 from robots.compiled import njit
 from robots.contact import FREE, TOLERANCE, contact
 from robots.gap import find_gap
@@ -29,13 +29,11 @@ class Scene(NamedTuple):
         tree: Its driven joints.
         shapes: Its shapes, and the pairs that are checked for self-collision.
         moving: (M,) links that a joint moves, rows of `Shapes.link_frame`.
-        link_start: (L + 1,) where the shapes of each link begin.
     """
 
     tree: BodyTree
     shapes: Shapes
     moving: NDArray[np.int64]
-    link_start: NDArray[np.int64]
 
 
 class Room(NamedTuple):
@@ -112,12 +110,7 @@ def place(scene, q, room):  # type: ignore[no-untyped-def]
 
 @njit(no_cpython_wrapper=True, _nrt=False)
 def _far(points, a, others, b, reach):  # type: ignore[no-untyped-def]
-    x, y, z = (
-        points[a, 0] - others[b, 0],
-        points[a, 1] - others[b, 1],
-        points[a, 2] - others[b, 2],
-    )
-    return reach <= 0.0 or x * x + y * y + z * z > reach * reach
+    return reach <= 0.0 or apart(points, a, others, b, reach)
 
 
 @njit(no_cpython_wrapper=True, _nrt=False)
@@ -138,7 +131,7 @@ def nearest(scene, room, most):  # type: ignore[no-untyped-def]
             beside = room.radius[o] + best
             if _far(room.link_centres, link, room.centres, o, shapes.link_radius[link] + beside):
                 continue
-            for s in range(scene.link_start[link], scene.link_start[link + 1]):
+            for s in range(shapes.link_start[link], shapes.link_start[link + 1]):
                 beside = room.radius[o] + best
                 if _far(room.centres, s, room.centres, o, room.radius[s] + beside):
                     continue
@@ -173,7 +166,7 @@ def push_away(scene, room, clearance, margin, gradient):  # type: ignore[no-unty
             reach = shapes.link_radius[link] + room.radius[o] + wanted
             if _far(room.link_centres, link, room.centres, o, reach):
                 continue
-            for s in range(scene.link_start[link], scene.link_start[link + 1]):
+            for s in range(shapes.link_start[link], shapes.link_start[link + 1]):
                 if _far(room.centres, s, room.centres, o, room.radius[s] + room.radius[o] + wanted):
                     continue
                 _pose(scene, room, s)

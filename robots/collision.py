@@ -47,14 +47,17 @@ class CollisionChecker:
         self.pairs = list(pairs)
         self._urdf, self._driven, self.tree = urdf, driven, bodies.tree
         named = {link for pair in self.pairs for link in pair}
-        meshes = any(s.kind == "mesh" for link in named for s in urdf.links[link].collisions)
-        boxes = self.exact.boxes() if meshes else {}
-        self.shapes: Shapes = build_shapes(urdf, bodies, self.pairs, boxes)
+        self.shapes: Shapes = build_shapes(urdf, bodies, self.pairs, self.mesh_boxes(named))
 
     @cached_property
     def exact(self) -> ExactChecker:
         """The same pairs in Pinocchio and coal."""
         return ExactChecker(self._urdf, self._driven, self.pairs)
+
+    def mesh_boxes(self, links: Iterable[str]) -> dict[str, Array]:
+        """`ExactChecker.boxes` where a link has a mesh; others do without the library."""
+        collisions = (shape for link in links for shape in self._urdf.links[link].collisions)
+        return self.exact.boxes() if any(shape.kind == "mesh" for shape in collisions) else {}
 
     def in_collision(self, joints: Array) -> NDArray[np.bool_]:
         """Whether any checked pair touches, (N,) for (N, dof) in rad or m."""

@@ -65,11 +65,12 @@ def carry(frames, owner, points, moved):  # type: ignore[no-untyped-def]
 
 
 @njit(no_cpython_wrapper=True)
-def _apart(points, a, b, reach):  # type: ignore[no-untyped-def]
+def apart(points, a, others, b, reach):  # type: ignore[no-untyped-def]
+    """Whether row a of points is further from row b of others than a reach from 0 [m]."""
     x, y, z = (
-        points[a, 0] - points[b, 0],
-        points[a, 1] - points[b, 1],
-        points[a, 2] - points[b, 2],
+        points[a, 0] - others[b, 0],
+        points[a, 1] - others[b, 1],
+        points[a, 2] - others[b, 2],
     )
     return x * x + y * y + z * z > reach * reach
 
@@ -113,11 +114,11 @@ def query(tree, shapes, joints, verdicts, details):  # type: ignore[no-untyped-d
         verdict = FREE
         for p in range(pair_links.shape[0]):
             a, b = pair_links[p, 0], pair_links[p, 1]
-            if _apart(link_centres, a, b, link_radius[a] + link_radius[b] + SLACK):
+            if apart(link_centres, a, link_centres, b, link_radius[a] + link_radius[b] + SLACK):
                 continue
             for s in range(start[p], start[p + 1]):
                 a, b = pairs[s, 0], pairs[s, 1]
-                if _apart(centres, a, b, radius[a] + radius[b] + SLACK):
+                if apart(centres, a, centres, b, radius[a] + radius[b] + SLACK):
                     continue
                 for shape in (a, b):
                     if stamps[shape] != i:

@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.limits import FULL_TURN
 from robots.rounding import rounded
 
 if TYPE_CHECKING:
@@ -35,7 +36,6 @@ Array = NDArray[np.float64]
 
 GRAIN_M = 1e-4  # the bound is rounded up to it, so that the search for shifts leaves no trace
 ROUNDING_M = 1e-8  # of the origin, and of the targets beyond
-TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
@@ -189,8 +189,8 @@ def _pair(link: _Link, before: Array, after: Array) -> float:
     for a, b in itertools.product(before @ link.rotation, after):
         # |a + Rz(q) b|² = |a|² + |b|² + 2 a_z b_z + 2 |a_xy| |b_xy| cos(q - q0)
         q0 = np.arctan2(a[1], a[0]) - np.arctan2(b[1], b[0])
-        turns = np.ceil((low - q0) / TURN)
-        stretched = q0 + turns * TURN <= high
+        turns = np.ceil((low - q0) / FULL_TURN)
+        stretched = q0 + turns * FULL_TURN <= high
         cosine = 1.0 if stretched else max(np.cos(low - q0), np.cos(high - q0))
         flat = 2.0 * np.hypot(a[0], a[1]) * np.hypot(b[0], b[1]) * cosine
         square = float(a @ a + b @ b + 2.0 * a[2] * b[2] + flat)

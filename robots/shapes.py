@@ -30,6 +30,7 @@ class Shapes(NamedTuple):
         link_frame: (L,) frame of each link that has shapes.
         link_centre: (L, 3) and
         link_radius: (L,) of a sphere that holds all shapes of a link, in its frame, m.
+        link_start: (L + 1,) where the shapes of each link begin.
         pair_links: (P, 2) pairs of links to check.
         pair_start: (P + 1,) where each pair of links begins in
         pair_shapes: (Q, 2) pairs of shapes.
@@ -44,6 +45,7 @@ class Shapes(NamedTuple):
     link_frame: NDArray[np.int64]
     link_centre: Array
     link_radius: Array
+    link_start: NDArray[np.int64]
     pair_links: NDArray[np.int64]
     pair_start: NDArray[np.int64]
     pair_shapes: NDArray[np.int64]
@@ -93,6 +95,7 @@ def build_shapes(
         link_frame=np.array([bodies.frame[link] for link in links], dtype=np.int64),
         link_centre=np.array([centre for centre, _ in spheres]).reshape(-1, 3),
         link_radius=np.array([r for _, r in spheres]),
+        link_start=np.cumsum([0, *(len(members[link]) for link in links)], dtype=np.int64),
         pair_links=np.array(
             [(links.index(a), links.index(b)) for a, b in pairs], dtype=np.int64
         ).reshape(-1, 2),
