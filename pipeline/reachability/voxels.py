@@ -46,6 +46,7 @@ def grid(robot: Robot, spacing_m: float) -> Array:
 def reach_map(
     robot: Robot,
     solver: Solver,
+    places: Array,
     config: ReachConfig,
     cache: ChunkCache,
     progress: Callable[[int], object] = lambda count: None,
@@ -57,7 +58,8 @@ def reach_map(
     Args:
         robot: The robot.
         solver: Made for it.
-        config: Spacing, orientations, budget and places of a batch.
+        places: (V, 3) middles of the voxels in the base frame [m], see `grid`.
+        config: Orientations, freedom, budget and places of a batch.
         cache: Of finished batches, so that a killed run continues.
         progress: Called with the number of places finished.
 
@@ -67,7 +69,6 @@ def reach_map(
     Returns:
         A row a voxel with the columns of `COLUMNS`.
     """
-    places = grid(robot, config.spacing_m)
     turns = spread_orientations(config.orientations)
     counts = np.zeros(len(places), dtype=np.int64)
     near = np.flatnonzero(reach_bound(robot).beyond(places) <= 0.0)

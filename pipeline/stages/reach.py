@@ -43,10 +43,10 @@ def run(config: Config) -> list[Path]:
         "reach": to_dict(config.reach),
     }
     with exclusive(folder):
-        places = len(grid(robot, config.reach.spacing_m))
-        with bar(places, "place", f"reach {robot.name}") as shown:
+        places = grid(robot, config.reach.spacing_m)
+        with bar(len(places), "place", f"reach {robot.name}") as shown:
             chunks = ChunkCache(cache, facts)
-            rows = reach_map(robot, solver, config.reach, chunks, shown.update)
+            rows = reach_map(robot, solver, places, config.reach, chunks, shown.update)
         made = provenance.signature(config.profile)
         card = provenance.card("reach", config=config, columns=COLUMNS, **facts, **made)
         table = folder / "map.parquet"

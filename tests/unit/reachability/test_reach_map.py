@@ -35,7 +35,8 @@ def arm() -> Robot:
 
 @pytest.fixture(scope="module")
 def rows(arm: Robot) -> pd.DataFrame:
-    return reach_map(arm, baselines.load("lm", arm), wanted(), NOTHING_KEPT)
+    solver, places = baselines.load("lm", arm), grid(arm, wanted().spacing_m)
+    return reach_map(arm, solver, places, wanted(), NOTHING_KEPT)
 
 
 def test_two_links_reach_their_annulus_and_nothing_else(rows: pd.DataFrame) -> None:
@@ -62,7 +63,7 @@ def test_a_killed_run_goes_on_where_it_was(arm: Robot, rows: pd.DataFrame, tmp_p
     """What is kept is not asked again: a solver that fails would be noticed."""
     cache, solver = ChunkCache(tmp_path, {"map": 1}), baselines.load("lm", arm)
     calls: list[int] = []
-    part = wanted()
+    part, places = wanted(), grid(arm, wanted().spacing_m)
 
     def killed(count: int) -> None:
         calls.append(count)
@@ -70,10 +71,10 @@ def test_a_killed_run_goes_on_where_it_was(arm: Robot, rows: pd.DataFrame, tmp_p
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        reach_map(arm, solver, part, cache, killed)
+        reach_map(arm, solver, places, part, cache, killed)
     kept = len(list(tmp_path.glob("*.parquet")))
     assert kept == 3
-    again = reach_map(arm, solver, part, cache)
+    again = reach_map(arm, solver, places, part, cache)
     pd.testing.assert_frame_equal(again, rows)
 
 
