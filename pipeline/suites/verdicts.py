@@ -18,6 +18,7 @@ import pybullet
 from numpy.typing import NDArray
 
 from robots import Obstacles
+from robots.native_output import stdout_elsewhere
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -143,7 +144,8 @@ class BulletJudge:
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._client = pybullet.connect(pybullet.DIRECT)
+        with stdout_elsewhere(shown=False):
+            self._client = pybullet.connect(pybullet.DIRECT)
         flags = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER
         self._body = pybullet.loadURDF(
             str(robot.urdf_path), useFixedBase=True, flags=flags, physicsClientId=self._client
