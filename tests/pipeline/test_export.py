@@ -40,6 +40,7 @@ def test_files_are_written_where_the_user_stands_and_checked(
     ("arguments", "words"),
     [
         ("robot=nico", "to=... is missing; expected to=onnx or to=torchscript or to=c"),
+        ("robot=nico to", "to has no value; expected to=..."),
         ("robot=nico to=onxx", "there is no target 'onxx'; did you mean 'onnx'?"),
         ("robot=nicoo to=c", "nicoo"),
         ("robot=nico to=c model=paper results_dir=none", "train robot=nico model=paper"),
