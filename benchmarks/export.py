@@ -131,9 +131,9 @@ def study(robot: Robot, count: int, config: Config) -> tuple[Rows, Rows]:
     joints = robot.sample(count, seed=SEED, collision_free=False, workspace_filter=filtered)
     poses = robot.forward_kinematics(joints)
     source = load_source(robot, shipped_weights(robot.name))
-    network, refined = (load_solver(name, robot) for name in ("cycleik", "cycleik_refined"))
-    network.threads = 1  # type: ignore[attr-defined]
-    answers = {"cycleik": solver_answers(network), "cycleik_refined": solver_answers(refined)}
+    solvers = {name: load_solver(name, robot, threads=1) for name in ("cycleik", "cycleik_refined")}
+    refined = solvers["cycleik_refined"]
+    answers = {name: solver_answers(solver) for name, solver in solvers.items()}
     differences, in_c = [], set()
     with tempfile.TemporaryDirectory() as folder:
         for name, path in written(source, config.export, Path(folder)).items():

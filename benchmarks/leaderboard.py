@@ -15,7 +15,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import baselines
-from pipeline.artifacts import Artifacts
 from pipeline.commands.leaderboard import FOLDER, Destination, add_file
 from pipeline.commands.suites import suites_of
 from pipeline.config import compose, group_choices
@@ -53,7 +52,7 @@ def main() -> None:
     for robot in options.robots:
         able = solvers_of(robot, options.solvers)
         suites_of([f"robot={robot}", f"evaluate.solvers=[{','.join(able)}]", *overrides])
-        for path in rows_of(artifacts(config), robot, able, config):
+        for path in rows_of(config, robot, able):
             board, notes = add_file(path, to, overrides)
             print(*notes, f"{path.name} -> {board}", sep="\n", flush=True)
 
@@ -78,10 +77,9 @@ def solvers_of(robot: str, names: Sequence[str]) -> list[str]:
     return [name for name, reason in reasons.items() if reason is None]
 
 
-def rows_of(
-    folders: Artifacts, robot: str, solvers: Sequence[str], config: Config
-) -> Iterator[Path]:
+def rows_of(config: Config, robot: str, solvers: Sequence[str]) -> Iterator[Path]:
     """Yield the files of rows of a robot that there are."""
+    folders = artifacts(config)
     for suite in group_choices("suite"):
         for solver in solvers:
             label = row_name(solver, config.evaluate.pinned)

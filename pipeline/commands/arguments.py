@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NoReturn
 
 from pipeline.errors import PipelineError
@@ -75,6 +75,37 @@ def command_parser(command: str, description: str, add_help: bool = True) -> Com
         allow_abbrev=False,
         add_help=add_help,
     )
+
+
+def split_keys(arguments: Sequence[str], keys: Collection[str]) -> tuple[dict[str, str], list[str]]:
+    """Split keys of a command from overrides of the configuration.
+
+    Args:
+        arguments: As they were typed.
+        keys: Of the command.
+
+    Returns:
+        Values by key, and the other arguments.
+
+    Raises:
+        PipelineError: A key of the command has no value.
+    """
+    own, overrides = {}, []
+    for argument in arguments:
+        key, _, value = argument.partition("=")
+        if key not in keys:
+            overrides.append(argument)
+        elif value:
+            own[key] = value
+        else:
+            raise PipelineError(f"{key} has no value; expected {key}=...")
+    return own, overrides
+
+
+def with_defaults(arguments: Sequence[str], defaults: Mapping[str, str]) -> list[str]:
+    """Return overrides, before them the defaults of a command for keys that none of them sets."""
+    typed = {argument.partition("=")[0] for argument in arguments}
+    return [*(f"{key}={value}" for key, value in defaults.items() if key not in typed), *arguments]
 
 
 def count(key: str, text: str) -> int:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
-from pipeline.commands.arguments import command_parser
+from pipeline.commands.arguments import command_parser, with_defaults
 from pipeline.config import compose
 from pipeline.errors import PipelineError
 
@@ -17,12 +16,13 @@ a WAV file with a recorded instruction, or `listen` for the microphone; `quit` e
 what it says and does, and a transcript is kept in chat/<robot> of the results folder. Headless
 unless grasp.gui=true; another seed= lays another row.
 """
+DEFAULTS = {"perception": "camera", "agent": "policy", "robot": "nicol"}
 
 
 def chat(arguments: list[str]) -> int:
     """Run one conversation on standard input and output."""
     overrides = command_parser("chat", DESCRIPTION).takes_overrides().parse(arguments).overrides
-    config = compose(with_defaults(overrides))
+    config = compose(with_defaults(overrides, DEFAULTS))
     from pipeline.commands.conversation import converse  # the simulator takes seconds to load
     from pipeline.stages.inputs import robot_of
 
@@ -34,10 +34,3 @@ def chat(arguments: list[str]) -> int:
         print(f"{robot.name} has no camera: the simulator gives it the places of the objects.")
     converse(config, robot)
     return 0
-
-
-def with_defaults(arguments: Sequence[str]) -> list[str]:
-    """The overrides, with a camera and the embedded policy where they choose nothing else."""
-    chosen = {argument.partition("=")[0] for argument in arguments}
-    wanted = {"perception": "camera", "agent": "policy", "robot": "nicol"}
-    return [*(f"{k}={v}" for k, v in wanted.items() if k not in chosen), *arguments]

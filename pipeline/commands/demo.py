@@ -6,9 +6,8 @@ import os
 import sys
 import time
 import webbrowser
-from pathlib import Path
 
-from pipeline.commands.arguments import command_parser
+from pipeline.commands.arguments import command_parser, split_keys, with_defaults
 from pipeline.config import compose
 from pipeline.errors import PipelineError
 from pipeline.stages.inputs import artifacts
@@ -32,23 +31,22 @@ STAGES = (
 def demo(arguments: list[str]) -> int:
     """Run the stages, say what each took, and open the page."""
     given = command_parser("demo", DESCRIPTION).takes_overrides().parse(arguments).overrides
-    opens = [item.partition("=")[2] for item in given if item.startswith("open=")]
-    if not set(opens) <= {"true", "false"}:
-        raise PipelineError(f"open takes true or false, got {opens[-1]}")
-    overrides = [item for item in given if not item.startswith("open=")]
-    if not any(item.startswith("robot=") for item in overrides):
-        overrides.insert(0, "robot=nicol")
-    config = compose(["profile=demo", *overrides])
+    own, overrides = split_keys(given, ("open",))
+    opens = own.get("open", "true")
+    if opens not in ("true", "false"):
+        raise PipelineError(f"open takes true or false, got {opens}")
+    config = compose(["profile=demo", *with_defaults(overrides, {"robot": "nicol"})])
     for number, (stage, what) in enumerate(STAGES, start=1):
         began = time.monotonic()
         print(f"{number}/{len(STAGES)}  {stage:<9} {what}", file=sys.stderr, flush=True)
         run_stage(stage, config)
         print(f"     {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
-    films = sorted(artifacts(config).grasp(config.robot.name).glob("*.mp4"))
-    page = Path(config.results_dir).absolute() / "report.html"
+    folders = artifacts(config)
+    films = sorted(folders.grasp(config.robot.name).glob("*.mp4"))
+    page = folders.root / "report.html"
     for path in (*films, page):
         print(path)
-    if opens[-1:] != ["false"] and has_display():
+    if opens == "true" and has_display():
         webbrowser.open(page.as_uri())
     return 0
 

@@ -6,7 +6,7 @@ import re
 import shlex
 from pathlib import Path
 
-from pipeline.commands.arguments import command_parser
+from pipeline.commands.arguments import command_parser, split_keys
 from pipeline.config import compose
 from pipeline.errors import PipelineError
 from pipeline.learning.card import CARD, WeightsError, read_card, shipped_weights
@@ -33,8 +33,7 @@ project. The file is checked against the network on export.poses random poses; s
 def export(arguments: list[str]) -> int:
     """Export the solver of one robot."""
     overrides = command_parser("export", DESCRIPTION).takes_overrides().parse(arguments).overrides
-    own = dict(item.split("=", 1) for item in overrides if item.partition("=")[0] in KEYS)
-    rest = [item for item in overrides if item.partition("=")[0] not in KEYS]
+    own, rest = split_keys(overrides, KEYS)
     config = compose([item for item in rest if item != NO_MODEL])
     to = _target(own)
     folder = None if NO_MODEL in rest else find_folder(config, own.get("weights"))

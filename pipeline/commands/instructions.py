@@ -9,7 +9,7 @@ import pandas as pd
 from pipeline import provenance
 from pipeline.agent.loading import agent_factory
 from pipeline.artifacts import exclusive
-from pipeline.commands.arguments import command_parser
+from pipeline.commands.arguments import command_parser, with_defaults
 from pipeline.config import compose
 from pipeline.data.tables import write_table
 from pipeline.instructions.suite import read_suite, rows_of
@@ -30,13 +30,7 @@ simulation: a plan is an agent's first reply.
 def instructions(arguments: list[str]) -> int:
     """Run the suite with one agent."""
     given = command_parser("instructions", DESCRIPTION).takes_overrides().parse(arguments).overrides
-    keys = {each.partition("=")[0] for each in given}
-    defaults = [
-        f"{key}={value}"
-        for key, value in (("agent", "policy"), ("robot", "nicol"))
-        if key not in keys
-    ]
-    config = compose([*defaults, *given])
+    config = compose(with_defaults(given, {"agent": "policy", "robot": "nicol"}))
     suite = read_suite()
     agents = agent_factory(config.agent, config.robot.name)
     with bar(len(suite), "instruction", f"instructions {config.agent.kind}") as shown:

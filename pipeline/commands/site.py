@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from pipeline.commands.arguments import command_parser
+from pipeline.commands.arguments import command_parser, split_keys
 from pipeline.commands.claims import closing_rows, closing_tables_of
 from pipeline.commands.leaderboard import FOLDER as BOARDS
 from pipeline.config import compose
@@ -48,7 +47,7 @@ numbers beside those of another results folder, and marks differences beyond the
 def site(arguments: list[str]) -> int:
     """Write the pages and print the path of the first."""
     options = command_parser("site", DESCRIPTION).takes_overrides().parse(arguments)
-    own, overrides = _split(options.overrides)
+    own, overrides = split_keys(options.overrides, (DIR, COMPARE))
     root = need_checkout("the site")
     config = compose(overrides)
     folder = Path(own.get(DIR) or artifacts(config).root / "site").absolute()
@@ -56,15 +55,6 @@ def site(arguments: list[str]) -> int:
     other = _other(own.get(COMPARE))
     print(write_site(_site(config, root / "results", folder, other), folder))
     return 0
-
-
-def _split(arguments: Sequence[str]) -> tuple[dict[str, str], list[str]]:
-    """Split keys of this command from overrides of the configuration."""
-    own = {k: v for k, _, v in (each.partition("=") for each in arguments) if k in (DIR, COMPARE)}
-    for key, value in own.items():
-        if not value:
-            raise PipelineError(f"{key}= names no folder")
-    return own, [each for each in arguments if each.partition("=")[0] not in own]
 
 
 def _other(name: str | None) -> Path | None:
@@ -80,7 +70,7 @@ def _site(config: Config, results: Path, folder: Path, other: Path | None) -> Si
     boards = replace(leaderboard_page(read_boards(results / BOARDS), config.report), kicker=PROJECT)
     pages = [
         start_page(data, closing, config.report.title),
-        paper_page(data, closing, results),
+        paper_page(data, closing, results, folder),
         *chapter_pages(data, folder),
         boards,
         studies_page(results, folder),

@@ -12,9 +12,8 @@ from pipeline.evaluation.config import row_name
 from pipeline.presentation.origin import Origin, origin_of
 from pipeline.progress import LOGGER
 from pipeline.reporting.config import ReportConfig
-from pipeline.reporting.suite_leaders import leaders, quickest
 from pipeline.reporting.suite_measures import Rows
-from pipeline.reporting.topics.suites import cluttered, partial, suites, tracking, unreachable
+from pipeline.reporting.topics.suites import TABLES
 from pipeline.settings import Config
 from pipeline.stages.inputs import artifacts
 from pipeline.stages.running import run_stage
@@ -74,8 +73,7 @@ def tables(rows: Rows, config: ReportConfig, origin: Origin) -> list[str]:
         config: Success and confidence.
         origin: What made the rows.
     """
-    kinds = (suites, unreachable, partial, tracking, cluttered, leaders, quickest)
-    made = [make(rows, config) for make in kinds]
+    made = [make(rows, config) for make in TABLES]
     for table in made:
         table.origin = origin
     return [table.to_markdown() for table in made if table.rows]

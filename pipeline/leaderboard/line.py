@@ -13,13 +13,8 @@ from pipeline.data.files import sha256
 from pipeline.evaluation.statistics import shifted_geometric_mean
 from pipeline.leaderboard.schema import FIELDS, within_name
 from pipeline.leaderboard.submission import Submission, times_us
-from pipeline.reporting.suite_measures import (
-    followed_trajectories,
-    free_of_collision,
-    generator_of,
-    solved_poses,
-)
-from pipeline.suites.config import CLUTTERED, TRACKING, UNREACHABLE
+from pipeline.reporting.suite_measures import RATES, generator_of, good_poses, good_trials
+from pipeline.suites.config import UNREACHABLE
 from pipeline.suites.judging import judge_answers
 
 if TYPE_CHECKING:
@@ -31,12 +26,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-CRITERIA = {  # of generators; of others: SOLVED
-    UNREACHABLE: "true no",
-    TRACKING: "followed",
-    CLUTTERED: "reached and free",
-}
-SOLVED = "solved"
+SOLVED = "solved"  # criterion of suites whose rate has no name of its own
 ERRORS = {"position": ("position_error_mm", "mm"), "rotation": ("rotation_error_deg", "deg")}
 
 
@@ -62,7 +52,7 @@ def line_of(
     judged = judge_answers(sent.answers, sent.path, name, suite, robot, evaluate, seed)
     rows = _as_answered(judged.rows, sent.answers)
     times = times_us(sent.answers, len(rows), sent.path)
-    good = _good_poses(rows, report)
+    good = good_poses(rows, report)
     tolerance = report.success.strict
     values = {
         **{key: value for key, value in sent.facts.items() if key in FIELDS},
@@ -90,19 +80,10 @@ def _as_answered(rows: pd.DataFrame, answers: pd.DataFrame) -> pd.DataFrame:
     return rows.assign(answered=flags.to_numpy(dtype=bool))
 
 
-def _good_poses(rows: pd.DataFrame, config: ReportConfig) -> Flags:
-    """(N,) which poses are solved; without a collision among obstacles, denied out of reach."""
-    if generator_of(rows) == UNREACHABLE:
-        return ~rows.found.to_numpy(dtype=bool)
-    solved = solved_poses(rows, config)
-    return solved & free_of_collision(rows) if generator_of(rows) == CLUTTERED else solved
-
-
 def _counts(rows: pd.DataFrame, good: Flags, config: ReportConfig) -> dict[str, Any]:
-    generator = generator_of(rows)
-    counted = followed_trajectories(rows, config) if generator == TRACKING else good
+    counted = good_trials(rows, config)
     return {
-        "criterion": CRITERIA.get(generator, SOLVED),
+        "criterion": RATES.get(generator_of(rows), SOLVED),
         "trials": len(counted),
         "good": int(counted.sum()),
         "poses": len(rows),

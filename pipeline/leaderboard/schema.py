@@ -37,9 +37,15 @@ def _matches(pattern: str, wanted: str) -> Callable[[str], str | None]:
     return lambda text: None if re.fullmatch(pattern, text) else wanted
 
 
-def _whole(low: int) -> Callable[[str], str | None]:
-    wanted = f"a whole number from {low}"
-    return lambda text: None if re.fullmatch(r"\d+", text) and int(text) >= low else wanted
+@dataclass(frozen=True)
+class _Whole:
+    """Check of a whole number, which its column is converted to."""
+
+    low: int
+
+    def __call__(self, text: str) -> str | None:
+        fits = re.fullmatch(r"\d+", text) and int(text) >= self.low
+        return None if fits else f"a whole number from {self.low}"
 
 
 def _number(text: str) -> str | None:
@@ -60,17 +66,17 @@ def _day(text: str) -> str | None:
 TEXT = _matches(r"\S(.*\S)?", "a text")
 FIELDS = {
     "suite": Field("name of the suite, of conf/suite", _matches(r"[a-z]\w*", "a plain word")),
-    "suite_version": Field("its version", _whole(1)),
+    "suite_version": Field("its version", _Whole(1)),
     "suite_checksum": Field("SHA-256 of its content", _matches(r"[0-9a-f]{64}", "64 hex digits")),
     "robot": Field("name of the robot", _matches(r"[a-z]\w*", "a plain word")),
     "profile": Field("of conf/profile, which sets the size of the suite", TEXT),
-    "seed": Field("root seed of the suite", _whole(0)),
+    "seed": Field("root seed of the suite", _Whole(0)),
     "solver": Field("how it is called", _matches(r"\w[\w.@:+-]*", "letters, digits and ._-@:+")),
     "versions": Field("of what it runs on, such as `numpy 2.3.5, pin 3.8.0`", TEXT),
     "network": Field("model and recipe behind a neural one", TEXT, optional=True),
     "processor": Field("that it ran on, an accelerator behind it", TEXT),
-    "threads": Field("cores that it was allowed", _whole(1)),
-    "batch_size": Field("poses a call; only with 1 there are times", _whole(1)),
+    "threads": Field("cores that it was allowed", _Whole(1)),
+    "batch_size": Field("poses a call; only with 1 there are times", _Whole(1)),
     "timed_by": Field(f"`{HERE}`: by this pipeline; `{SENT}`", _matches(f"{HERE}|{SENT}", HERE)),
     "date": Field("day on which it ran, UTC", _day),
     "commit": Field("of the code that ran it, or the sender's version of theirs", TEXT),
@@ -78,19 +84,19 @@ FIELDS = {
     "criterion": Field("what is counted: solved, true no, followed, reached and free", TEXT),
     "position_mm": Field("tolerance of a solved pose, exclusive [mm]", _number),
     "rotation_deg": Field("the same for its rotation [deg]", _number),
-    "trials": Field("what is counted: poses, or trajectories", _whole(1)),
-    "good": Field("how many of them meet the criterion", _whole(0)),
-    "poses": Field("poses of the suite", _whole(1)),
-    "good_poses": Field("how many of these are solved, or rightly denied", _whole(0)),
+    "trials": Field("what is counted: poses, or trajectories", _Whole(1)),
+    "good": Field("how many of them meet the criterion", _Whole(0)),
+    "poses": Field("poses of the suite", _Whole(1)),
+    "good_poses": Field("how many of these are solved, or rightly denied", _Whole(0)),
     "position_mean_mm": Field("mean position error of all answers [mm]", _number),
     "position_median_mm": Field("median of the same [mm]", _number),
     "position_p99_mm": Field("99th percentile of the same [mm]", _number),
     "rotation_mean_deg": Field("mean rotation error of all answers [deg]", _number),
     "rotation_median_deg": Field("median of the same [deg]", _number),
     "rotation_p99_deg": Field("99th percentile of the same [deg]", _number),
-    "claimed_and_wrong": Field("poses called solved that are not", _whole(0)),
-    "outside_limits": Field("poses answered with joints outside their limits", _whole(0)),
-    "self_colliding": Field("solved poses whose joints let the robot touch itself", _whole(0)),
+    "claimed_and_wrong": Field("poses called solved that are not", _Whole(0)),
+    "outside_limits": Field("poses answered with joints outside their limits", _Whole(0)),
+    "self_colliding": Field("solved poses whose joints let the robot touch itself", _Whole(0)),
     "shift_us": Field("shift of the geometric mean of times [us]", _number, optional=True),
     "time_geometric_us": Field(
         "shifted geometric mean of the time of a call, misses as long as they took [us]",
@@ -182,8 +188,7 @@ def _check_board(texts: pd.DataFrame, path: Path) -> None:
 
 
 def _typed(texts: pd.DataFrame, limits: list[str]) -> pd.DataFrame:
-    numeric = [n for n in FIELDS if n.endswith(("_mm", "_deg", "_us"))] + limits
-    whole = [n for n in FIELDS if FIELDS[n].check("x") or ""]
-    counts = [n for n in whole if str(FIELDS[n].check("x")).startswith("a whole number")]
+    numeric = [n for n, field in FIELDS.items() if field.check is _number] + limits
+    counts = [n for n, field in FIELDS.items() if isinstance(field.check, _Whole)]
     typed = {n: pd.to_numeric(texts[n].replace("", "nan")).astype(float) for n in numeric}
     return texts.assign(**typed, **{n: texts[n].astype(int) for n in counts})

@@ -90,6 +90,11 @@ class Table:
             for row in self.rows
         ]
 
+    def links(self) -> list[str]:
+        """Return the paths that its columns of links hold."""
+        linked = [i for i, column in enumerate(self.columns) if column.link]
+        return [str(row[i]) for row in self.rows for i in linked if row[i]]
+
     def groups(self) -> list[tuple[str, int]]:
         """Return the group headings with the number of columns under each."""
         spans: list[tuple[str, int]] = []

@@ -29,6 +29,12 @@ QUICK_MS = 0.1  # where all succeed in the end, who does so within this time tel
 QUICK = f"within {QUICK_MS:g} ms"
 JUMP = 0.1  # rad or m from one waypoint to the next that no trajectory asks for
 US_PER_MS = 1e3
+SUCCESS = "success"
+RATES = {  # how the share of good trials is called, by generator; of others: SUCCESS
+    UNREACHABLE: "true no",
+    TRACKING: "followed",
+    CLUTTERED: "reached and free",
+}
 
 
 def each_solver(rows: Rows) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
@@ -43,17 +49,25 @@ def each_solver(rows: Rows) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
 
 def rates(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Interval]:
     """Return the rates by which solvers are ranked in a suite, the first of them first."""
-    generator, solved = generator_of(rows), solved_poses(rows, config)
-    if generator == UNREACHABLE:
-        return {"true no": interval(~rows.found.to_numpy(dtype=bool), config)}
-    if generator == TRACKING:
-        return {"followed": interval(followed_trajectories(rows, config), config)}
-    if generator == CLUTTERED:
-        return {"reached and free": interval(solved & free_of_collision(rows), config)}
-    found = {"success": interval(solved, config)}
-    if (quick := quick_calls(rows)) is not None:
-        found[QUICK] = interval(solved & quick, config)
+    name, good = RATES.get(generator_of(rows), SUCCESS), good_trials(rows, config)
+    found = {name: interval(good, config)}
+    if name == SUCCESS and (quick := quick_calls(rows)) is not None:
+        found[QUICK] = interval(good & quick, config)
     return found
+
+
+def good_trials(rows: pd.DataFrame, config: ReportConfig) -> Flags:
+    """Which trials meet the criterion of their suite: trajectories of tracking, poses of others."""
+    tracks = generator_of(rows) == TRACKING
+    return followed_trajectories(rows, config) if tracks else good_poses(rows, config)
+
+
+def good_poses(rows: pd.DataFrame, config: ReportConfig) -> Flags:
+    """(N,) which poses are solved; without a collision among obstacles, denied out of reach."""
+    if generator_of(rows) == UNREACHABLE:
+        return ~rows.found.to_numpy(dtype=bool)
+    solved = solved_poses(rows, config)
+    return solved & free_of_collision(rows) if generator_of(rows) == CLUTTERED else solved
 
 
 def mean_time_us(rows: pd.DataFrame, config: ReportConfig) -> Interval | None:

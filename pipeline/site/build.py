@@ -72,7 +72,9 @@ def written(site: Site) -> set[str]:
 
 def _addresses(page: Page) -> Iterator[str]:
     yield f"{page.name}.html"
-    yield from (f"{DATA}/{sheet.table.name}.csv" for sheet in sheets_of(page))
+    for sheet in sheets_of(page):
+        yield f"{DATA}/{sheet.table.name}.csv"
+        yield from sheet.table.links()
     for item in (item for section in page.sections for item in section.items):
         if isinstance(item, Picture):
             yield from filter(None, (item.source, item.further))

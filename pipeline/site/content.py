@@ -70,7 +70,7 @@ def start_page(data: ReportData, closing: Closing, title: str) -> Page:
     )
 
 
-def paper_page(data: ReportData, closing: Closing, results: Path) -> Page:
+def paper_page(data: ReportData, closing: Closing, results: Path, folder: Path) -> Page:
     """Make the page of every published number and every claim."""
     chapter = next(each for each in CHAPTERS if each.anchor == PAPER)
     paths = [path for pattern in PAPER_TABLES for path in sorted(results.glob(pattern))]
@@ -78,7 +78,7 @@ def paper_page(data: ReportData, closing: Closing, results: Path) -> Page:
     sections = [
         Section("claims", "Every claim", [Sheet(_reordered(claims, CLAIMS))]),
         Section("numbers", "Every published number", [Sheet(numbers)]),
-        Section("tables", "The paper's tables, this run", _sheets(data, chapter)),
+        Section("tables", "The paper's tables, this run", _sheets(data, chapter, folder)),
         Section(
             "committed",
             "The paper's tables, at its scale",
@@ -100,7 +100,7 @@ def chapter_pages(data: ReportData, folder: Path) -> Iterator[Page]:
             charts = list(error_and_time(data.summary))
         sections = [
             Section("figure", "Error and time", charts),
-            Section("tables", "Tables", _sheets(data, chapter)),
+            Section("tables", "Tables", _sheets(data, chapter, folder)),
             Section("figures", "Figures", list(_figures(data, chapter, folder))),
             Section("media", "Pictures and videos", list(_media(data, chapter, folder))),
             Section("defined", "What is measured", [Sheet(defined())] if defined else []),
@@ -181,11 +181,42 @@ def _reordered(table: Table, names: Sequence[str]) -> Table:
     return replace(table, columns=[table.columns[i] for i in places], rows=rows)
 
 
-def _sheets(data: ReportData, chapter: Chapter) -> list[Item]:
+def _sheets(data: ReportData, chapter: Chapter, folder: Path) -> list[Item]:
     return [
-        Sheet(table, folded=len(table.rows) > 3 * MANY)
+        Sheet(with_linked_files(table, data.results.folder, folder), len(table.rows) > 3 * MANY)
         for table in make_tables(data, chapter.topics)
     ]
+
+
+def with_linked_files(table: Table, results: Path, folder: Path) -> Table:
+    """Copy the files that a table links to beside the pages, and return it with links to them.
+
+    Args:
+        table: Paths in its columns of links are seen from the results folder.
+        results: The results folder.
+        folder: Of the pages.
+
+    Returns:
+        The table; a cell whose file is not there is empty.
+    """
+    links = [column.link for column in table.columns]
+    rows = [
+        [
+            _copied_result(results / cell, results, folder)
+            if link and isinstance(cell, str)
+            else cell
+            for link, cell in zip(links, row, strict=True)
+        ]
+        for row in table.rows
+    ]
+    return replace(table, rows=rows)
+
+
+def _copied_result(path: Path, results: Path, folder: Path) -> str | None:
+    """Copy a file of the results and return its address; None where there is none."""
+    if not path.is_file():
+        return None
+    return copied(path, folder, MEDIA, path.relative_to(results).as_posix())
 
 
 def _figures(data: ReportData, chapter: Chapter, folder: Path) -> Iterator[Picture]:
@@ -208,10 +239,11 @@ def _media(data: ReportData, chapter: Chapter, folder: Path) -> Iterator[Picture
         if stage not in chapter.media:
             continue
         for path in paths[:SHOWN_MEDIA]:
-            place = path.relative_to(data.results.folder).as_posix().replace("/", "-")
-            source = copied(path, folder, MEDIA, place)
+            source = _copied_result(path, data.results.folder, folder)
             caption = f"{robot_title(robot)}: {plain(path.stem)}."
-            yield Picture(f"media-{place}", caption, source, video=path.suffix in VIDEOS)
+            if source:
+                name = source.replace("/", "-")
+                yield Picture(name, caption, source, video=path.suffix in VIDEOS)
 
 
 def _claim_cards(closing: Closing) -> Cards:

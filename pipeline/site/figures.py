@@ -17,7 +17,6 @@ from pipeline.site.parts import Chart
 from pipeline.site.sheet import slug
 
 LEAST_MM = 1e-6  # errors of nothing have a place on a logarithmic axis too
-US_PER_MS = 1e3
 
 
 def is_neural(solver: str) -> bool:

@@ -10,7 +10,7 @@ from pipeline.errors import PipelineError
 
 OURS = "site.css"  # a folder that has it was written by us
 SCRIPT = "site.js"
-KEPT = ("*.html", "data/*.csv", "figures/*", "media/*")  # what a site writes, and renews
+KEPT = ("*.html", "data/*.csv", "figures/*", "media/**/*")  # what a site writes, and renews
 
 
 class SiteError(PipelineError):
@@ -52,7 +52,7 @@ def remove_others(folder: Path, written: Collection[str]) -> None:
     """
     for pattern in KEPT:
         for path in folder.glob(pattern):
-            if path.relative_to(folder).as_posix() not in written:
+            if path.is_file() and path.relative_to(folder).as_posix() not in written:
                 path.unlink()
 
 

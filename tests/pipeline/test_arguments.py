@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from pipeline.commands.arguments import CommandParser, command_parser
+from pipeline.commands.arguments import (
+    CommandParser,
+    command_parser,
+    split_keys,
+    with_defaults,
+)
+from pipeline.commands.chat import DEFAULTS
 from pipeline.errors import PipelineError
 
 
@@ -38,3 +44,22 @@ def test_bad_arguments_are_one_sentence(arguments: str, words: str) -> None:
     with pytest.raises(PipelineError, match=words) as caught:
         parser().parse(arguments.split())
     assert "\n" not in str(caught.value)
+
+
+def test_keys_of_a_command_are_split_from_overrides() -> None:
+    assert split_keys(["to=c", "a=1", "out=b=c.h"], ("to", "out")) == (
+        {"to": "c", "out": "b=c.h"},
+        ["a=1"],
+    )
+
+
+@pytest.mark.parametrize("argument", ["to", "to="])
+def test_a_key_without_a_value_is_refused(argument: str) -> None:
+    with pytest.raises(PipelineError, match="to has no value; expected to="):
+        split_keys(["a=1", argument], ("to", "out"))
+
+
+def test_a_camera_and_the_policy_unless_something_else_is_chosen() -> None:
+    assert with_defaults([], DEFAULTS) == ["perception=camera", "agent=policy", "robot=nicol"]
+    chosen = ["agent=endpoint", "perception=perfect", "robot=nico"]
+    assert with_defaults(chosen, DEFAULTS) == chosen

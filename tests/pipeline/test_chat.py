@@ -11,7 +11,6 @@ import time
 from pathlib import Path
 
 from pipeline.agent.transcript import read_transcript
-from pipeline.commands.chat import with_defaults
 from robots.locations import FOLDER
 
 PATIENCE_S = 180.0
@@ -92,12 +91,3 @@ def check(results: Path, robot: str) -> None:
 
 def test_a_banana_is_grasped_and_then_an_orange_pointed_at(tmp_path: Path) -> None:
     check(tmp_path, "nicol")
-
-
-def test_a_camera_and_the_policy_unless_something_else_is_chosen() -> None:
-    assert with_defaults([]) == ["perception=camera", "agent=policy", "robot=nicol"]
-    assert with_defaults(["agent=endpoint", "perception=perfect", "robot=nico"]) == [
-        "agent=endpoint",
-        "perception=perfect",
-        "robot=nico",
-    ]

@@ -40,6 +40,7 @@ def test_files_are_written_where_the_user_stands_and_checked(
     ("arguments", "words"),
     [
         ("robot=nico", "to=... is missing; expected to=onnx or to=torchscript or to=c"),
+        ("robot=nico to", "to has no value; expected to=..."),
         ("robot=nico to=onxx", "there is no target 'onxx'; did you mean 'onnx'?"),
         ("robot=nicoo to=c", "nicoo"),
         ("robot=nico to=c model=paper results_dir=none", "train robot=nico model=paper"),
@@ -63,18 +64,25 @@ def test_bad_input_is_one_sentence(
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
+@pytest.mark.parametrize("arguments", ["to=torchscript", "to=c export.precision=float32"])
 def test_a_file_that_answers_otherwise_is_not_put_in_place(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    arguments: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     weights = make_weights(load_robot("nico"), "mlp", tmp_path / "weights")
-    target = TARGETS["torchscript"]
+    to = arguments.split()[0].removeprefix("to=")
+    target = TARGETS[to]
+    if target.unreadable():
+        pytest.skip(target.unreadable())
 
     def shifted(*arguments: object) -> object:
         answer = target.read(*arguments)  # type: ignore[arg-type]
         return lambda poses: answer(poses) + 2e-6
 
     wrong = type(target)(target.suffix, target.write, target.unreadable, shifted)  # type: ignore[arg-type]
-    monkeypatch.setitem(TARGETS, "torchscript", wrong)
-    assert main(["export", "robot=nico", f"weights={weights}", "to=torchscript"]) == 2
+    monkeypatch.setitem(TARGETS, to, wrong)
+    assert main(["export", "robot=nico", f"weights={weights}", *arguments.split()]) == 2
     assert "2.0e-06 from the network in float64" in capsys.readouterr().err
-    assert not list(tmp_path.glob("*.pt"))
+    assert [path.name for path in tmp_path.iterdir()] == ["weights"]

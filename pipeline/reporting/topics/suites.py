@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pandas as pd
@@ -20,7 +20,7 @@ from pipeline.presentation.columns import (
 )
 from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig, tolerance_title
-from pipeline.reporting.data import Topic
+from pipeline.reporting.data import ReportData, Topic
 from pipeline.reporting.suite_leaders import SUITE, leaders, quickest
 from pipeline.reporting.suite_measures import (
     JUMP,
@@ -283,15 +283,9 @@ def _followed(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
     }
 
 
-TOPIC = Topic(
-    stages=("evaluate_suite", "judge"),
-    tables=(
-        lambda data: suites(data.results.suites, data.config),
-        lambda data: unreachable(data.results.suites, data.config),
-        lambda data: partial(data.results.suites, data.config),
-        lambda data: tracking(data.results.suites, data.config),
-        lambda data: cluttered(data.results.suites, data.config),
-        lambda data: leaders(data.results.suites, data.config),
-        lambda data: quickest(data.results.suites, data.config),
-    ),
-)
+def _of_data(make: Callable[[Rows, ReportConfig], Table]) -> Callable[[ReportData], Table]:
+    return lambda data: make(data.results.suites, data.config)
+
+
+TABLES = (suites, unreachable, partial, tracking, cluttered, leaders, quickest)
+TOPIC = Topic(stages=("evaluate_suite", "judge"), tables=tuple(map(_of_data, TABLES)))

@@ -16,7 +16,7 @@ from pipeline.presentation.table import Table
 from pipeline.site.boards import leaderboard_page
 from pipeline.site.build import Site, inline, sheets_of, write_site
 from pipeline.site.charts import spread
-from pipeline.site.content import protocol_table, studies_page, suite_table
+from pipeline.site.content import protocol_table, studies_page, suite_table, with_linked_files
 from pipeline.site.files import SiteError, claim, copied
 from pipeline.site.parts import Page, Prose, Section, Sheet
 from pipeline.site.sheet import row_keys, view_of
@@ -198,6 +198,26 @@ def test_a_second_site_leaves_nothing_of_the_first_and_a_strange_folder_alone(
     with pytest.raises(SiteError, match="holds other files"):
         claim(tmp_path / "mine")
     assert (tmp_path / "mine" / "letter.html").read_text() == "dear"
+
+
+def test_files_that_a_table_links_to_are_copied_beside_the_pages(tmp_path: Path) -> None:
+    results, made = tmp_path / "results", tmp_path / "site"
+    there, gone = "grasp/nico/evidence/trial1.png", "grasp/nico/evidence/trial2.png"
+    (results / there).parent.mkdir(parents=True)
+    (results / there).write_bytes(b"picture")
+    lines = [{"picture": there}, {"picture": gone}, {"picture": None}]
+    columns = (text("picture", "picture", link=True),)
+    table = Table.of(lines, columns, name="failures", title="Failures", caption="")
+    claim(made)
+    stale = made / copied(results / there, made, "media", "grasp/nico/earlier.png")
+    shown = with_linked_files(table, results, made)
+    page = Page("index", "Start", "", [Section("a", "", [Sheet(shown)])])
+    write_site(Site("A site", "quick", [page], []), made)
+    assert [row[0] for row in shown.rows] == [f"media/{there}", None, None]
+    assert (made / "media" / there).read_bytes() == b"picture"
+    assert f"media/{there}" in parsed(made / "index.html").links
+    assert parsed(made / "index.html").tables["failures"] == [["trial1.png"], ["–"], ["–"]]
+    assert not stale.exists()
 
 
 def test_an_empty_leaderboard_says_how_to_begin() -> None:
