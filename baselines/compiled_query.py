@@ -139,7 +139,7 @@ class CompiledQuerySolver(Solver):
     """
 
     _bound: tuple[Budget | None, LmOptions] | None = None
-    _asked: tuple[Budget, LmOptions] | None = None
+    _given: tuple[Budget, LmOptions] | None = None
 
     @abstractmethod
     def options(self, budget: Budget | None) -> LmOptions:
@@ -204,10 +204,10 @@ class CompiledQuerySolver(Solver):
 
     def _options_of(self, budget: Budget) -> LmOptions:
         """The kernel's options under a budget; those of the last one are kept."""
-        asked = self._asked
-        if asked is None or asked[0] is not budget:
-            asked = self._asked = (budget, self.options(self._validated_budget(budget)))
-        return asked[1]
+        given = self._given
+        if given is None or given[0] is not budget:
+            given = self._given = (budget, self.options(self._validated_budget(budget)))
+        return given[1]
 
 
 def _solution(answer: Array, status: int, iterations: int, starts: int, ns: int) -> Solution:

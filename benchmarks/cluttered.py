@@ -3,10 +3,10 @@
     python -m benchmarks.cluttered [--robots panda nicol] [--poses 200] [--write]
 
 The suite `cluttered` with so many poses: a configuration is known that keeps 50, 20, 10 or 5 mm
-from boxes and spheres; half of that is asked. Compared on one core: solvers that are told nothing;
-*pick and filter*, the first free one of many answers of `lm` (`avoid_steps=0`); and `avoid=` as it
-is. Every answer is judged by coal and by PyBullet. What it takes is counted in iterations, those in
-the null space and of failures included.
+from boxes and spheres; half of that is requested. Compared on one core: solvers that are not given
+them; *pick and filter*, the first free one of many answers of `lm` (`avoid_steps=0`); and `avoid=`
+as it is. Every answer is judged by coal and by PyBullet. What it takes is counted in iterations,
+those in the null space and of failures included.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from pipeline.suites.rows import obstacles, with_problems
 from robots import Robot
 
 NAME = "cluttered"
-# Name in the table, solver, its settings, and whether it is told the obstacles.
+# Name in the table, solver, its settings, and whether it is given the obstacles.
 VARIANTS: tuple[tuple[str, str, dict[str, Any], bool], ...] = (
-    ("trac_ik, told nothing", "trac_ik", {}, False),
-    ("lm, told nothing", "lm", {}, False),
+    ("trac_ik, obstacles not given", "trac_ik", {}, False),
+    ("lm, obstacles not given", "lm", {}, False),
     ("lm, pick and filter", "lm", {"avoid_steps": 0}, True),
     ("lm, avoid", "lm", {}, True),
     ("cycleik_refined, avoid", "cycleik_refined", {}, True),
@@ -58,11 +58,11 @@ def answers(
     robot: Robot, suite: Suite, variant: tuple[str, str, dict[str, Any], bool], how: EvaluateConfig
 ) -> pd.DataFrame:
     """Raw rows of one variant."""
-    label, name, settings, told = variant
-    sets = obstacles(suite.problems) if told else None
+    label, name, settings, given = variant
+    sets = obstacles(suite.problems) if given else None
     solver = load_solver(name, robot, **settings)
     task = EvaluationTask(robot, solver, suite.problems.poses, 0, label, avoid=sets)
-    return with_problems(evaluate_solver(task, how), suite, robot, told)
+    return with_problems(evaluate_solver(task, how), suite, robot, given)
 
 
 def table_of(rows: Mapping[tuple[str, str, str], pd.DataFrame], config: ReportConfig) -> Table:

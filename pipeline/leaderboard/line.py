@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.data.dataset import joint_columns
 from pipeline.data.files import sha256
 from pipeline.evaluation.statistics import shifted_geometric_mean
 from pipeline.leaderboard.schema import FIELDS, within_name
@@ -65,7 +64,7 @@ def line_of(
         "rotation_deg": tolerance.rotation_deg,
         **_counts(rows, good, report),
         **_errors(rows),
-        "self_colliding": _self_colliding(rows[good], robot),
+        "self_colliding": _self_colliding(rows, good),
         **_times(times, good, report.leaderboard),
     }
     order = [*FIELDS, *(key for key in values if key.startswith("within_"))]
@@ -104,11 +103,11 @@ def _errors(rows: pd.DataFrame) -> dict[str, float]:
     return found
 
 
-def _self_colliding(solved: pd.DataFrame, robot: Robot) -> int:
-    """How many solved poses are so with joints that let the robot touch itself."""
-    if solved.empty or generator_of(solved) == UNREACHABLE:
+def _self_colliding(rows: pd.DataFrame, good: Flags) -> int:
+    """How many solved poses are so with joints that let the robot touch itself, where known."""
+    if generator_of(rows) == UNREACHABLE:
         return 0
-    return int(robot.in_collision(solved[joint_columns(robot)].to_numpy(dtype=np.float64)).sum())
+    return int((good & rows.self_collision.fillna(False).to_numpy(dtype=bool)).sum())
 
 
 def _times(times: Array | None, good: Flags, config: LeaderboardConfig) -> dict[str, Any]:

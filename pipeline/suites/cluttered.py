@@ -3,8 +3,8 @@
 The configuration is uniform. The first obstacles stand in the way of plain answers: where a link is
 in what `lm` finds from home and from random configurations, if the known configuration keeps its
 clearance from there. The others come from random directions towards random links of the known
-configuration until its clearance stops them, in steps of `GRAIN_M`. A solver is asked to keep a
-share of that clearance, so that it need not find the very configuration.
+configuration until its clearance stops them, in steps of `GRAIN_M`. A share of that clearance is
+requested of a solver, so that it need not find the very configuration.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def _obstacles(
             placed = _stopped(robot, clearance, known, at, around, rng)
         boxes += placed.boxes
         spheres += placed.spheres
-    return Obstacles(boxes, spheres, round(config.asked * clearance, DECIMALS))
+    return Obstacles(boxes, spheres, round(config.requested * clearance, DECIMALS))
 
 
 def _shape(config: ClutteredConfig, number: int, rng: np.random.Generator) -> At:

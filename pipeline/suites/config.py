@@ -128,7 +128,7 @@ class ClutteredConfig(SuiteConfig):
     """Obstacles around a configuration that is known to be free."""
 
     clearances_mm: list[float] = MISSING
-    asked: float = MISSING
+    requested: float = MISSING
     obstacles: int = MISSING
     blocking: int = MISSING
     half_size_mm: list[float] = MISSING
@@ -137,7 +137,7 @@ class ClutteredConfig(SuiteConfig):
         """Refuse clearances that are none, and obstacles without a size."""
         super().__post_init__()
         positive_all("suite.clearances_mm", self.clearances_mm)
-        within("suite.asked", self.asked, 0.0, 1.0)
+        within("suite.requested", self.requested, 0.0, 1.0)
         positive("suite.obstacles", self.obstacles)
         within("suite.blocking", self.blocking, 0, self.obstacles)
         positive_all("suite.half_size_mm", self.half_size_mm)

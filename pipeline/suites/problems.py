@@ -40,7 +40,7 @@ COLUMNS = {
     "rate_hz": "waypoints a second",
     "along_x_m": "how far the tip may be from the target along x of its frame [m], infinite: free; "
     "likewise along y and z, and about_x_rad [rad] about the axes; only in partial",
-    OBSTACLES: "boxes and spheres in the base frame and the clearance that is asked [m], as JSON; "
+    OBSTACLES: "boxes and spheres in the base frame and the requested clearance [m], as JSON; "
     "only in cluttered, as the next",
     "clearance_mm": "that the known configuration keeps from them [mm]",
     "evidence_…": "how it is known that a pose cannot be reached; only in unreachable",

@@ -45,13 +45,13 @@ COLUMNS = {  # beside those of pipeline.evaluation.rows
 ABILITY_COLUMNS = {  # of suites that ask for more than a pose
     "along_x_m": "freedom of the target along x of its frame, by which it is judged [m]; likewise "
     "along y and z, and about_x_rad [rad] about the axes; only in partial, as solved_as",
-    "solved_as": "what the solver was asked for: the freedoms, or the whole pose",
+    "solved_as": "what was requested of the solver: the freedoms, or the whole pose",
     "explained": "why there is no solution, by solvers that say it; only in unreachable",
     "explained_right": "whether that is true of the kind of problem; only in unreachable",
 }
 AMONG_OBSTACLES = {  # beside those, in cluttered alone
     "clearance_mm": "that the known configuration keeps [mm]",
-    "asked": "whether the solver was told the obstacles and the clearance",
+    "obstacles_given": "whether the solver was given the obstacles and the clearance",
     **VERDICTS,
 }
 
@@ -70,13 +70,13 @@ def follows(problems: Problems) -> NDArray[np.bool_] | None:
 
 
 def obstacles(problems: Problems) -> list[Obstacles] | None:
-    """Return the obstacles of each pose with the clearance that is asked; None where none stand."""
+    """Return the obstacles of each pose and the requested clearance; None where none stand."""
     said = problems.further.get(OBSTACLES)
     return None if said is None else [Obstacles.from_json(str(each)) for each in said]
 
 
 def with_abilities(rows: pd.DataFrame, suite: Suite, solver: Solver) -> pd.DataFrame:
-    """Add what a solver was asked for, or how it explains its "no", where a suite is about that.
+    """Add what was requested of a solver, or how it explains its "no", where a suite is about that.
 
     Args:
         rows: Of `with_problems`.
@@ -97,7 +97,7 @@ def with_abilities(rows: pd.DataFrame, suite: Suite, solver: Solver) -> pd.DataF
 
 
 def with_problems(
-    rows: pd.DataFrame, suite: Suite, robot: Robot, asked: bool = False
+    rows: pd.DataFrame, suite: Suite, robot: Robot, obstacles_given: bool = False
 ) -> pd.DataFrame:
     """Add the columns of `COLUMNS`, and those of `AMONG_OBSTACLES` where obstacles stand, to rows.
 
@@ -105,7 +105,7 @@ def with_problems(
         rows: Answers to a suite, of `pipeline.evaluation.rows`; ``pose`` is the row of the suite.
         suite: That was answered.
         robot: The robot.
-        asked: Whether the solver was told what to avoid, where there is anything.
+        obstacles_given: Whether the solver was given what to avoid, where there is anything.
     """
     problems = suite.problems.at(rows.pose.to_numpy())
     joints = rows[joint_columns(robot)].to_numpy(dtype=np.float64)
@@ -122,7 +122,7 @@ def with_problems(
         if not name.startswith(EVIDENCE) and name != OBSTACLES:
             rows[name] = values
     if (sets := obstacles(problems)) is not None:
-        rows = rows.assign(asked=asked, **verdicts(robot, joints, sets))
+        rows = rows.assign(obstacles_given=obstacles_given, **verdicts(robot, joints, sets))
     if "step" in problems.further:
         step = np.full(len(rows), np.nan)
         after = robot.nearest_turns(joints[1:], joints[:-1])

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 COLUMNS = {
-    "asked_clearance_mm": "least distance from obstacles that counts as free [mm]",
+    "requested_clearance_mm": "least distance from obstacles that counts as free [mm]",
     "coal_distance_mm": "of the nearest link that moves from the nearest obstacle, by coal [mm]",
     "coal_self_collision": "whether the robot collides with itself, by coal",
     "bullet_distance_mm": "the same distance by PyBullet [mm]",
@@ -44,13 +44,13 @@ def verdicts(robot: Robot, joints: Array, obstacles: Sequence[Obstacles]) -> dic
     Args:
         robot: The robot.
         joints: (N, dof) [rad or m].
-        obstacles: N sets in the base frame, each with the clearance that is asked.
+        obstacles: N sets in the base frame, each with the clearance that is requested.
     """
     coal_judge = CoalJudge(robot)
     with BulletJudge(robot) as bullet:
         pairs = list(zip(joints, obstacles, strict=True))
         return {
-            "asked_clearance_mm": np.array([MM_PER_M * each.clearance_m for each in obstacles]),
+            "requested_clearance_mm": np.array([MM_PER_M * each.clearance_m for each in obstacles]),
             "coal_distance_mm": np.array([coal_judge.distance_mm(*pair) for pair in pairs]),
             "coal_self_collision": robot.collision.exact.in_collision(joints),
             "bullet_distance_mm": np.array([bullet.distance_mm(*pair) for pair in pairs]),
@@ -60,13 +60,13 @@ def verdicts(robot: Robot, joints: Array, obstacles: Sequence[Obstacles]) -> dic
 
 def free_by_coal(rows: pd.DataFrame) -> NDArray[np.bool_]:
     """(N,) which answers coal finds free; rounding at the clearance itself is let pass."""
-    clear = rows.coal_distance_mm >= rows.asked_clearance_mm - 1e-3
+    clear = rows.coal_distance_mm >= rows.requested_clearance_mm - 1e-3
     return np.asarray(clear & ~rows.coal_self_collision.astype(bool))
 
 
 def free_by_bullet(rows: pd.DataFrame) -> NDArray[np.bool_]:
     """(N,) which answers PyBullet finds free, its tolerance let pass."""
-    clear = rows.bullet_distance_mm >= rows.asked_clearance_mm - TOLERANCE_MM
+    clear = rows.bullet_distance_mm >= rows.requested_clearance_mm - TOLERANCE_MM
     return np.asarray(clear & (rows.bullet_self_gap_mm >= -TOLERANCE_MM))
 
 

@@ -92,7 +92,7 @@ FREED = (
     ROBOT,
     KIND,
     SOLVER,
-    text("solved_as", "asked for"),
+    text("solved_as", "requested"),
     count("poses", "poses"),
     *_rate("success [%]", "success"),
     *_time("time [ms]"),
@@ -119,7 +119,7 @@ AMONG_OBSTACLES = (
     ROBOT,
     KIND,
     SOLVER,
-    text("asked", "told the obstacles"),
+    text("obstacles_given", "obstacles given"),
     count("poses", "poses"),
     share("reached_share", "reached [%]"),
     *_rate("reached and free [%]", "success"),
@@ -169,7 +169,7 @@ def partial(rows: Rows, config: ReportConfig) -> Table:
     """Solver by what a target leaves open: how often it is reached under just these freedoms."""
     return Table.of(
         [
-            {**names, "stratum": kind, **_asked(part), **_success(part, config), **times(part)}
+            {**names, "stratum": kind, **_requested(part), **_success(part, config), **times(part)}
             for names, kind, part in _by(rows, PARTIAL, "stratum")
         ],
         FREED,
@@ -210,10 +210,10 @@ def cluttered(rows: Rows, config: ReportConfig) -> Table:
         AMONG_OBSTACLES,
         name="suites_cluttered",
         title="Poses among obstacles that a free solution is known to",
-        caption="Kind: the clearance that the known configuration keeps; a share of it is asked "
-        "(suite.asked). Reached as in the other suites; free: no self-collision and the asked "
-        "clearance kept, by coal and by PyBullet. Solvers that know nothing of collisions are "
-        "not told the obstacles. Claimed, not free: by a solver that was told, judged by coal. "
+        caption="Kind: the clearance that the known configuration keeps; a share of it is "
+        "requested (suite.requested). Reached as in the other suites; free: no self-collision and "
+        "that clearance kept, by coal and by PyBullet. Solvers that know nothing of collisions are "
+        "not given the obstacles. Claimed, not free: by a solver that was, judged by coal. "
         f"Judges differ: by more than {TOLERANCE_MM:g} mm. {config.confidence * 100:g} % Wilson "
         "intervals.",
     )
@@ -249,17 +249,17 @@ def _true_no(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
     return {**counts(~claimed, config), **said, **errors(rows)}
 
 
-def _asked(rows: pd.DataFrame) -> dict[str, str | None]:
-    """What the solver was asked for; nobody knows of answers from elsewhere."""
+def _requested(rows: pd.DataFrame) -> dict[str, str | None]:
+    """What was requested of the solver; nobody knows of answers from elsewhere."""
     return {"solved_as": str(rows.solved_as.iloc[0]) if "solved_as" in rows else None}
 
 
 def _avoided(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
-    solved, asked = solved_poses(rows, config), bool(rows.asked.all())
-    claimed = rows.found.to_numpy(dtype=bool) & asked
+    solved, given = solved_poses(rows, config), bool(rows.obstacles_given.all())
+    claimed = rows.found.to_numpy(dtype=bool) & given
     return {
         **counts(solved & free_of_collision(rows), config),
-        "asked": "yes" if asked else "no",
+        "obstacles_given": "yes" if given else "no",
         "reached_share": float(solved.mean()),
         "own": int(rows.self_collision.sum()),
         "false_claims": int((claimed & ~free_by_coal(rows)).sum()),

@@ -30,16 +30,16 @@ def suite() -> Suite:
     return generate(panda(), config_of("cluttered"), 0)
 
 
-def rows_of(joints: np.ndarray, evaluate: EvaluateConfig, asked: bool) -> pd.DataFrame:
+def rows_of(joints: np.ndarray, evaluate: EvaluateConfig, given: bool) -> pd.DataFrame:
     count = len(joints)
     nothing, found = np.full(count, np.nan), np.ones(count, dtype=bool)
     solution = Solution(joints, found, nothing, np.zeros(count, dtype=np.int64), ("",) * count)
     rows = raw_rows(panda(), suite().problems.poses, [solution], nothing, evaluate, False)
     rows.insert(0, "pose", np.arange(count))
-    return with_problems(rows.assign(batch_size=1), suite(), panda(), asked)
+    return with_problems(rows.assign(batch_size=1), suite(), panda(), given)
 
 
-def test_the_known_configuration_keeps_its_clearance_and_half_is_asked(
+def test_the_known_configuration_keeps_its_clearance_and_half_is_requested(
     evaluate: EvaluateConfig,
 ) -> None:
     rows = rows_of(suite().problems.joints, evaluate, True)
@@ -47,7 +47,7 @@ def test_the_known_configuration_keeps_its_clearance_and_half_is_asked(
     assert rows.stratum.unique().tolist() == ["50 mm", "20 mm", "10 mm", "5 mm"]
     assert (rows.coal_distance_mm >= rows.clearance_mm - 1e-3).all()
     assert (rows.coal_distance_mm < rows.clearance_mm + 1.0).mean() > 0.8
-    np.testing.assert_allclose(rows.asked_clearance_mm, rows.clearance_mm / 2)
+    np.testing.assert_allclose(rows.requested_clearance_mm, rows.clearance_mm / 2)
     assert free_by_coal(rows).all()
     assert free_by_bullet(rows).all()
     assert not disagreements(rows).any()
@@ -67,7 +67,7 @@ def test_a_claim_that_is_not_free_is_counted(evaluate: EvaluateConfig) -> None:
     table = cluttered({("panda", "cluttered", "lm"): rows}, compose().report)
     wrong = sum(line["false_claims"] for line in table.records())
     assert wrong == int((~free_by_coal(rows)).sum()) > 20
-    rows["asked"] = False
+    rows["obstacles_given"] = False
     table = cluttered({("panda", "cluttered", "lm"): rows}, compose().report)
     assert [line["false_claims"] for line in table.records()] == [0, 0, 0, 0]
 
@@ -83,7 +83,7 @@ def test_judges_that_differ_are_counted() -> None:
     assert disagreements(rows).tolist() == [True, True, False]
 
 
-def test_a_solver_that_is_told_finds_most() -> None:
+def test_a_solver_that_is_given_the_obstacles_finds_most() -> None:
     problems, sets = suite().problems, obstacles(suite().problems)
     assert sets is not None
     solution = baselines.load("lm", panda()).solve(problems.poses, avoid=sets)
