@@ -15,7 +15,7 @@ from robots.description import FILE
 from robots.errors import DescriptionError
 from robots.native_output import stdout_elsewhere
 from robots.robot import Robot
-from robots.viewpoints import Picture
+from robots.viewpoints import FIELD_OF_VIEW_DEG, Picture
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,6 @@ SUPERSAMPLING = 2  # the software renderer does not smooth edges itself
 COLOURS = 220  # of the palette; keeps a picture below 100 kB
 OPACITY = 0.3  # of each posture where several are drawn over each other
 BACKGROUND = (250, 250, 252)
-FIELD_OF_VIEW_DEG = 28.0
 NEAR_M, FAR_M = 0.1, 20.0
 LIGHT = {
     "lightDirection": [1.2, -1.6, 2.6],

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+FIELD_OF_VIEW_DEG = 28.0  # vertical, of pictures
 
 
 @dataclass(frozen=True)

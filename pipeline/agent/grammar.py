@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 from lark import Lark, Token, Tree
@@ -68,9 +68,9 @@ class Grammar:
         """
         return self.parser.parse(text, start="start")
 
-    @property
+    @cached_property
     def parser(self) -> Lark:
-        """The parser."""
+        """The parser; `phrases` are not to change after it was made."""
         return _parser(self._text())
 
     def meaning(self, token: Token) -> str:

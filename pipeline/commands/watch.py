@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from pipeline.settings import Config
 from pipeline.stages.graph import STAGES
 from pipeline.stages.inputs import artifacts, robot_of
 from pipeline.stages.running import with_weights
+from pipeline.viewing.errors import ViewError
 from pipeline.viewing.trial_rows import conditions_of, trial_row
 
 DESCRIPTION = """\
@@ -83,10 +85,14 @@ def _quiet(config: Config) -> Config:
 
 
 def _own_row(config: Config) -> Mapping[str, Any] | None:
-    """The row of the trial that the run's folder has; None where it has none."""
+    """The row of the trial in the run's folder; None where it has none, as of later trials."""
     folders, robot = artifacts(config), config.robot.name
     folder = folders.grasp(robot)
     if is_embodied(config):
         folder = folders.grasp_agent(robot, setting_name(config))
     path = folders.find(folder.relative_to(folders.root) / "trials.parquet")
-    return None if path is None else trial_row(path, robot, config.view.trial)
+    if path is None:
+        return None
+    with suppress(ViewError):
+        return trial_row(path, robot, config.view.trial)
+    return None

@@ -108,9 +108,9 @@ class Player:
         self.duration, self.time, self.playing, self.speed = 0.0, 0.0, False, 1.0
         self._changed = changed
 
-    def load(self, duration: float, play: bool = True) -> None:
-        """Take a film of a duration [s], from its start."""
-        self.duration, self.time, self.playing = duration, 0.0, play
+    def load(self, duration: float) -> None:
+        """Play a film of a duration [s], from its start."""
+        self.duration, self.time, self.playing = duration, 0.0, True
         self._changed()
 
     def advance(self, seconds: float) -> None:

@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 from pipeline.planning.benchmark import Pair
 from pipeline.presentation.naming import ordered_solvers, solver_title
 from pipeline.viewing.inbox import Inbox
+from pipeline.viewing.playback import SLIDING_S, Playback
 from pipeline.viewing.scene import SessionScene
 from pipeline.viewing.session import Session, Snapshot
 from pipeline.viewing.table import answers_html, sentence_html
 
 Array = NDArray[np.float64]
 SLIDER_STEP = 0.001  # rad or m
-SLIDING_S = 0.4  # after a slider was moved, in which it is the user's
-SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0)
 
 
 class Panel:
@@ -59,6 +58,7 @@ class Panel:
         """Write what is to be seen now."""
         self._table.content = answers_html(snapshot.answers, self._session.main)
         self._sentence.content = sentence_html(snapshot.message)
+        self._playback.show()
         if time.monotonic() - self._slid > SLIDING_S:
             for slider, value in zip(self._sliders, snapshot.joints, strict=True):
                 inside = float(np.clip(value, slider.min, slider.max))
@@ -142,14 +142,7 @@ class Panel:
             )
             if pairs:
                 self._add_pairs(gui, pairs)
-            speed = gui.add_dropdown("Speed", [f"{each:g}" for each in SPEEDS], initial_value="1")
-            running = gui.add_checkbox("Running", True, hint="of what plays")
-
-            def change() -> None:
-                session.player.speed, session.player.playing = float(speed.value), running.value
-
-            for handle in (speed, running):
-                handle.on_update(lambda event: self._inbox.post("speed", change))
+            self._playback = Playback(gui, session.player, self._inbox)
 
     def _add_pairs(self, gui: Any, pairs: list[Pair]) -> None:
         session = self._session

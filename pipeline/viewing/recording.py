@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -59,8 +60,8 @@ class Recording:
 
     def at(self, time: float) -> Frame:
         """The last frame that is not after a time [s]; the first one before all."""
-        times = [frame.time for frame in self.frames]
-        return self.frames[max(int(np.searchsorted(times, time, side="right")) - 1, 0)]
+        after = bisect_right(self.frames, time, key=lambda frame: frame.time)
+        return self.frames[max(after - 1, 0)]
 
     def phase(self, time: float) -> str:
         """Name of the phase that a time [s] is in; empty after the last."""

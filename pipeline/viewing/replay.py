@@ -6,29 +6,28 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from baselines.transforms import pose_matrix
+from pipeline.grasping.video import FIELD_OF_VIEW
 from pipeline.presentation.naming import robot_title
 from pipeline.viewing.bodies import Part, floor_height, parts_of, parts_of_shapes, single_links
 from pipeline.viewing.clip import Player
 from pipeline.viewing.config import ViewConfig
 from pipeline.viewing.inbox import Inbox
 from pipeline.viewing.loop import run_until_interrupted
+from pipeline.viewing.playback import SLIDING_S, Playback
 from pipeline.viewing.recording import Frame, Recording
 from pipeline.viewing.scene import RobotDrawing
 from pipeline.viewing.server import announce, serve, set_stage, stop
 from pipeline.viewing.table import sentence_html
 from robots.bodies import link_poses
-from robots.rotations import matrix_from_quaternion
+from robots.viewpoints import FIELD_OF_VIEW_DEG, Picture
 
 if TYPE_CHECKING:
     from pipeline.grasping.config import CameraConfig
     from robots import Robot
 
-Array = NDArray[np.float64]
-SLIDING_S = 0.4  # after the slider was moved, in which it is the user's
 STEP_S = 0.01  # of the slider
-SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4")
 
 
 class Replay:
@@ -61,7 +60,7 @@ class Replay:
         try:
             parts = parts_of(robot, "visual", single_links(robot))
             home = robot.link_poses(robot.home)
-            set_stage(self.server, robot, floor_height(parts, home), camera)
+            set_stage(self.server, robot, floor_height(parts, home), _picture_of(camera))
             self._drawing = RobotDrawing(self.server.scene, "/robot", parts)
             self._drawing.pose(home)
             self._rest = robot.positions(robot.home)
@@ -102,11 +101,9 @@ class Replay:
     def _add_controls(self, duration: float) -> None:
         gui, player = self.server.gui, self.player
         self._slider = gui.add_slider("Time [s]", 0.0, round(duration, 2), STEP_S, 0.0)
-        running = gui.add_checkbox("Running", True)
-        speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1")
+        self._playback = Playback(gui, player, self.inbox)
 
         def seek() -> None:
-            running.value = False
             player.seek(self._slider.value / duration)
 
         def moved(event: Any) -> None:
@@ -116,12 +113,6 @@ class Replay:
 
         self._slider.on_update(moved)
 
-        def change() -> None:
-            player.speed, player.playing = float(speed.value), running.value
-
-        for handle in (running, speed):
-            handle.on_update(lambda event: self.inbox.post("speed", change))
-
     def _play(self) -> None:
         if not self._recording.frames:
             return
@@ -129,6 +120,7 @@ class Replay:
         self._draw(self._recording, self._recording.at(now))
         phase = self._recording.phase(now)
         self._say(f"{self._outcome} · {now:.1f} s {phase}")
+        self._playback.show()
         if time.monotonic() - self._slid > SLIDING_S:
             self._slider.value = min(round(now, 2), self._slider.max)
 
@@ -137,7 +129,7 @@ class Replay:
             if self._bodies is None:
                 self._bodies = RobotDrawing(self.server.scene, "/things", _parts(recording))
             self._drawing.pose(link_poses(self.robot.urdf, {**self._rest, **frame.joints}))
-            self._bodies.pose({str(k): _matrix(pose) for k, pose in enumerate(frame.bodies)})
+            self._bodies.pose({str(k): pose_matrix(pose) for k, pose in enumerate(frame.bodies)})
 
     def _say(self, sentence: str) -> None:
         self._sentence.content = sentence_html(sentence)
@@ -152,8 +144,7 @@ def _parts(recording: Recording) -> list[Part]:
     ]
 
 
-def _matrix(pose: Array) -> Array:
-    """A pose (7,) as a matrix (4, 4)."""
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = matrix_from_quaternion(pose[3:]), pose[:3]
-    return matrix
+def _picture_of(camera: CameraConfig) -> Picture:
+    """The view of a trial's films from as much farther away as a picture's angle is narrower."""
+    farther = FIELD_OF_VIEW / FIELD_OF_VIEW_DEG
+    return Picture(np.array(camera.target), farther * camera.distance, camera.yaw, camera.pitch, 0)

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from baselines.transforms import pose_matrix
 from pipeline.presentation.style import looks
 from pipeline.viewing.bodies import Colour, Part, floor_height, inset, moving_links, parts_of
 from pipeline.viewing.inbox import Inbox
 from pipeline.viewing.server import set_stage
 from pipeline.viewing.session import Session, Snapshot
-from robots.rotations import matrix_from_quaternion, normalised, quaternion_from_matrix
+from robots.rotations import normalised, quaternion_from_matrix
 
 Array = NDArray[np.float64]
 RED: Colour = (214, 39, 40)
@@ -21,6 +22,7 @@ COLLISION: Colour = (86, 120, 160)
 COLLISION_OPACITY = 0.3
 GIZMO_M = 0.16
 INSET_M = 5e-4  # of each ghost in the one before
+STILL = 1e-7  # change of a pose's numbers, 1 and m, below which it is not sent
 PATH_COLOUR: Colour = (31, 41, 51)
 PATH_WIDTH = 3.0  # pixels
 
@@ -70,7 +72,7 @@ class RobotDrawing:
         """Move the parts to poses (4, 4) of links in the root's frame; what stays is not sent."""
         for link, meshes in self._parts.items():
             pose = links[link]
-            if link in self._poses and np.allclose(pose, self._poses[link], rtol=0.0, atol=1e-7):
+            if link in self._poses and np.abs(pose - self._poses[link]).max() < STILL:
                 continue
             self._poses[link] = pose
             turn = quaternion_from_matrix(pose[:3, :3])
@@ -109,6 +111,7 @@ class SessionScene:
         home = robot.link_poses(robot.home)
         set_stage(server, robot, floor_height(parts, home))
         self._base: Array = home[robot.base]
+        self._to_base = np.linalg.inv(self._base)
         self._solid = RobotDrawing(server.scene, "/robot", parts)
         self.wanted = dict.fromkeys(session.comparison.solvers, True)
         plain = parts_of(robot, "visual", self._carriers, one_colour=True)
@@ -193,18 +196,16 @@ class SessionScene:
 
     def _in_base(self, position: Array, turn: Array) -> Array:
         """A pose of the page's world in the robot's base frame, shape (7,)."""
-        pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = matrix_from_quaternion(normalised(turn)), position
-        pose = np.linalg.inv(self._base) @ pose
+        pose = self._to_base @ pose_matrix(np.concatenate([position, normalised(turn)]))
         return np.concatenate([pose[:3, 3], quaternion_from_matrix(pose[:3, :3])])
 
     def _move_target(self, target: Array) -> None:
         """Put the gizmo where the target is, unless somebody holds it."""
         if self._held:
             return
-        place = self._base[:3, :3] @ target[:3] + self._base[:3, 3]
-        turn = quaternion_from_matrix(self._base[:3, :3] @ matrix_from_quaternion(target[3:]))
-        self._gizmo.position, self._gizmo.wxyz = place, turn
+        pose = self._base @ pose_matrix(target)
+        self._gizmo.position = pose[:3, 3]
+        self._gizmo.wxyz = quaternion_from_matrix(pose[:3, :3])
 
     def _draw_path(self, snapshot: Snapshot) -> None:
         if snapshot.path is self._drawn_path:

@@ -14,18 +14,15 @@ from numpy.typing import NDArray
 from pipeline.packages import optional_package
 from pipeline.viewing.config import ViewConfig
 from pipeline.viewing.errors import ViewError
-from robots.viewpoints import Picture
+from robots.viewpoints import FIELD_OF_VIEW_DEG, Picture
 from robots.views import default_view
 
 if TYPE_CHECKING:
-    from pipeline.grasping.config import CameraConfig
     from robots import Robot
 
 Array = NDArray[np.float64]
 SETTING = "the live view"
-FIELD_OF_VIEW_RAD = np.deg2rad(28.0)  # as the pictures of robots have it
-NARROWER = 45.0 / 28.0  # the films' angle of view to that of pictures: as much farther away
-FARTHER = 1.05  # than those pictures, which are square
+FARTHER = 1.05  # than pictures of robots, which are square
 MARGIN_M = 0.002  # of the floor below the robot, so that they do not flicker
 CELL_M, SECTION_M = 0.25, 1.0
 BRAND = (11, 60, 93)
@@ -74,14 +71,14 @@ def announce(server: Any, config: ViewConfig) -> None:
         webbrowser.open(where)
 
 
-def set_stage(server: Any, robot: Robot, floor: float, closer: CameraConfig | None = None) -> None:
+def set_stage(server: Any, robot: Robot, floor: float, picture: Picture | None = None) -> None:
     """Light, a floor with a grid, and a camera that has the robot in the picture.
 
     Args:
         server: Of the page.
         robot: The robot; the world is its root's frame.
         floor: Height of the floor [m].
-        closer: Camera of a scene, whose target, yaw and pitch are taken; the robot's otherwise.
+        picture: From where it is seen; None is as in the robot's own picture.
     """
     scene = server.scene
     scene.set_up_direction("+z")
@@ -110,13 +107,10 @@ def set_stage(server: Any, robot: Robot, floor: float, closer: CameraConfig | No
         plane_opacity=1.0,
         position=(0.0, 0.0, floor - MARGIN_M),
     )
-    picture = robot.description.picture or default_view(robot, robot.home)
-    if closer is not None:
-        distance = closer.distance * NARROWER
-        picture = Picture(np.array(closer.target), distance, closer.yaw, closer.pitch, 0)
+    picture = picture or robot.description.picture or default_view(robot, robot.home)
     camera = server.initial_camera
     camera.up = (0.0, 0.0, 1.0)
-    camera.fov = float(FIELD_OF_VIEW_RAD)
+    camera.fov = float(np.deg2rad(FIELD_OF_VIEW_DEG))
     camera.look_at = tuple(picture.target)
     camera.position = tuple(eye(picture, FARTHER))
 

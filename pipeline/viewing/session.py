@@ -154,8 +154,8 @@ class Session:
         path = self_motion(self.robot, joints, self._step, self._seed)
         if len(path) < 2:
             raise ViewError("every direction of the null space leads beyond a joint limit here")
-        turned = np.abs(path - joints).max()
-        note = f"same pose, joints turn by up to {turned:.2f} rad"
+        moved = np.abs(path - joints).max()
+        note = f"same pose, joints move by up to {moved:.2f} rad or m"
         clip = clip_of_path("null space", note, path, self.robot.velocity_limit, self._plan.timing)
         self.play(clip, ghosts=False)
 

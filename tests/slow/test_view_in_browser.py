@@ -99,7 +99,7 @@ def test_solvers_answer_in_the_browser() -> None:
         moved = settled(browser)
         assert (drawn(moved) != drawn(home)).sum() > 1000
         browser.click("Play the null space")
-        browser.wait_for("same pose, joints turn by up to")
+        browser.wait_for("same pose, joints move by up to")
         if folder := os.environ.get("PICTURES"):
             moved.save(f"{folder}/view.png")
 

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
-from functools import cache
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.agent import Agent, seen_at
-from pipeline.agent.config import AgentConfig
 from pipeline.agent.loading import load_agent
 from pipeline.agent.policy import NOT_UNDERSTOOD
-from pipeline.config import compose
 
 PAPER = (
     "NICOL, please grasp all the objects on the table, one after another. "
@@ -206,15 +203,10 @@ def test_the_longest_phrase_counts(config):
     assert acts(agent, "can you take the tomato", scene) == "grasp tomato"
 
 
-@cache
-def whole_config() -> AgentConfig:
-    return compose(["agent=policy"]).agent
-
-
-@cache
-def vocabulary_words() -> list[str]:
+@pytest.fixture(scope="module")
+def vocabulary_words(composed) -> list[str]:
     words = [",", ".", "then", "?", "mug", "<grasp>", "not", "starting with", "say", "fruit"]
-    for phrases in asdict(whole_config().vocabulary).values():
+    for phrases in asdict(composed.vocabulary).values():
         for listed in phrases.values() if isinstance(phrases, dict) else [phrases]:
             words += listed
     return words
@@ -222,13 +214,13 @@ def vocabulary_words() -> list[str]:
 
 @settings(max_examples=300, deadline=None)
 @given(st.data())
-def test_no_words_break_it(data):
+def test_no_words_break_it(composed, vocabulary_words, data):
     """Any order of its own words gives a reply in its own language."""
-    word = st.one_of(st.sampled_from(vocabulary_words()), st.text(max_size=5))
+    word = st.one_of(st.sampled_from(vocabulary_words), st.text(max_size=5))
     words = data.draw(st.lists(word, max_size=14))
     scene = [seen_at(n, 0.5, y, 0.9) for n, y in (("banana", 0.1), ("soup_can", -0.2))]
     for view in (scene, []):
-        turn = load_agent(whole_config(), "nicol").instruct(" ".join(words), view)
+        turn = load_agent(composed, "nicol").instruct(" ".join(words), view)
         assert turn.reason in ("", "loop", "too_long", "too_many_actions"), turn.problem
 
 

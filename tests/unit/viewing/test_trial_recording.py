@@ -6,12 +6,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pybullet
 import pytest
 
+from pipeline.commands.watch import _own_row
 from pipeline.config import compose
+from pipeline.data.tables import write_table
 from pipeline.grasping.scene import Scene
 from pipeline.grasping.trial import required_scene
+from pipeline.stages.inputs import artifacts
 from pipeline.viewing.errors import ViewError
 from pipeline.viewing.recording import Recording, StateRecorder
 from pipeline.viewing.trial_rows import conditions_of, trial_row
@@ -118,3 +122,14 @@ def test_rows_that_do_not_serve_are_a_sentence(tmp_path: Path, text: str, words:
 def test_rows_that_are_not_there_are_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(ViewError, match="cannot be read as rows of trials"):
         trial_row(tmp_path / "no.csv", "nicol", 17)
+
+
+def test_a_trial_that_the_run_has_not_made_yet_is_watched_without_a_row(tmp_path: Path) -> None:
+    run = [f"results_dir={tmp_path}", "robot=nicol"]
+    folder = artifacts(compose(run)).grasp("nicol")
+    assert _own_row(compose([*run, "view.trial=17"])) is None
+    write_table(folder / "trials.parquet", pd.read_csv(ROWS), {})
+    row = _own_row(compose([*run, "view.trial=17"]))
+    assert row is not None
+    assert row["trial"] == 17
+    assert _own_row(compose([*run, "view.trial=9999"])) is None

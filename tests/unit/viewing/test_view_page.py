@@ -104,6 +104,18 @@ def test_a_page_is_served_and_follows_the_session(page: tuple[object, Session]) 
     assert sliders == pytest.approx(session.snapshot.joints, abs=1e-3)
 
 
+def test_what_begins_runs_and_its_checkbox_says_so(page: tuple[object, Session]) -> None:
+    shown, session = page
+    running = shown._panel._playback._running  # type: ignore[attr-defined]
+    running.value = False
+    session.play_null_space()
+    assert session.player.playing
+    assert running.value
+    session.player.seek(0.5)
+    assert not running.value
+    session.home()
+
+
 def test_the_drawing_stands_where_the_robots_links_do(page: tuple[object, Session]) -> None:
     shown, session = page
     session.move_joints(session.robot.sample(1, seed=4)[0])
