@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import ClassVar
@@ -15,6 +16,8 @@ from robots import Robot
 
 POSE_SIZE = 7
 MATRIX_POSE_SIZE = 12
+# Uniform joints, scaled from their limits to this, have the variance of normal numbers.
+HALF_WIDTH = math.sqrt(3)
 
 
 class IkNetwork(nn.Module):

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from pipeline.learning.config import TrainConfig
 from pipeline.learning.kinematics import make_kinematics
-from pipeline.learning.losses import tip_errors
+from pipeline.learning.losses import PoseLoss, tip_errors
 from pipeline.learning.networks import SamplingNetwork
 from pipeline.seeding import derive_seed
 from robots import Robot
@@ -54,7 +54,7 @@ class SamplingObjective:
     Args:
         robot: Gives forward kinematics.
         network: The network, on the device.
-        train: Names the kinematics; losses and their weights where an objective has some.
+        train: Names the kinematics, and losses with their weights, which some objectives use.
         device: Where batches lie.
         seed: Root of the noise: that of a step follows from it and the step.
     """
@@ -68,13 +68,14 @@ class SamplingObjective:
         seed: int,
     ) -> None:
         self.network: SamplingNetwork = network
-        self.train, self.seed, self.device = train, seed, device
+        self.seed = seed
+        self.pose_loss = PoseLoss(train)
         self.kinematics = make_kinematics(robot, train.kinematics, device)
 
     def latents(self, poses: Tensor, count: int, step: int) -> Tensor:
         """Return the latents (N, count, L) of a step's draws of poses (N, 7)."""
         seed = derive_seed(self.seed, "draws", step)
-        return self.network.latents(len(poses), count, seed).to(poses.device)
+        return self.network.latents(len(poses), count, seed)
 
     def generator(self, step: int) -> torch.Generator:
         """Return the generator, on the CPU, of a step's further noise."""
@@ -86,8 +87,7 @@ class SamplingObjective:
 
         Their mean is that over draws, not of the best one.
         """
-        seed = derive_seed(self.seed, "errors")
-        latents = self.network.latents(len(poses), 1, seed).to(poses.device)
+        latents = self.network.latents(len(poses), 1, derive_seed(self.seed, "errors"))
         parts = zip(poses.split(ERRORS_BATCH), latents.split(ERRORS_BATCH), strict=True)
         answers = torch.cat([self.network.draws(*part) for part in parts])
         return tip_errors(self.kinematics(answers.flatten(0, 1)), poses)

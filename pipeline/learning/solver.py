@@ -232,6 +232,8 @@ class LatentSolver(SamplingSolver):
         SettingError: Fewer than one draw, or a negative scale.
     """
 
+    network: SamplingNetwork
+
     def __init__(
         self, robot: Robot, weights: str, samples: int, latent_scale: float, **settings: Any
     ) -> None:
@@ -245,6 +247,5 @@ class LatentSolver(SamplingSolver):
         self.latent_scale = latent_scale
 
     def _sampler(self, count: int, seed: int) -> Callable[[Tensor], Tensor]:
-        assert isinstance(self.network, SamplingNetwork)
         latents = self.network.latents(1, count, seed, self.latent_scale)
         return partial(self.network.draws, latents=latents)

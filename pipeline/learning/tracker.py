@@ -1,25 +1,28 @@
 """Curves of trainings and trials for the trackers that people already use; off by default.
 
-A tracker is told what `curve.csv` gets, at the same steps. It writes to a folder of this machine.
+A tracker is told what `curve.csv` gets, at the same steps, also of a training that goes on from a
+checkpoint. It writes to a folder of this machine.
 """
 
 from __future__ import annotations
 
 import os
-from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from omegaconf import MISSING
 
+from pipeline.artifacts import exclusive
 from pipeline.errors import MissingPackageError
 
 NONE, TENSORBOARD, MLFLOW = "none", "tensorboard", "mlflow"
 AXES = ("step", "samples")  # of the curve, which are no measurements
 EXTRA = "pip install -e '.[trackers]'"
+PROJECT = "cycleik-bench"
+Reporter = Callable[[int, Mapping[str, float]], None]  # takes a step and its row, by column
 
 
 @dataclass
@@ -30,116 +33,88 @@ class TrackerConfig:
 
     def __post_init__(self) -> None:
         """Refuse trackers that there are not."""
-        if self.kind not in WRITERS:
-            raise ValueError(f"tracker.kind must be one of {', '.join(WRITERS)}, got {self.kind!r}")
-
-
-class Writer(ABC):
-    """What a tracker is told of one run.
-
-    Args:
-        folder: Where it writes.
-        name: Of the run, such as ``train panda compact``.
-        settings: Of the run, by key; numbers, texts and lists.
-    """
-
-    @abstractmethod
-    def __init__(self, folder: Path, name: str, settings: Mapping[str, Any]) -> None: ...
-
-    @abstractmethod
-    def report(self, step: int, row: Mapping[str, float]) -> None:
-        """Take a row of the curve, by column."""
-
-    @abstractmethod
-    def close(self) -> None:
-        """Write what is held back."""
-
-
-class _Silent(Writer):
-    def __init__(self, folder: Path, name: str, settings: Mapping[str, Any]) -> None:
-        """Keep nothing."""
-
-    def report(self, step: int, row: Mapping[str, float]) -> None:
-        """Keep nothing."""
-
-    def close(self) -> None:
-        """Keep nothing."""
-
-
-class _TensorBoard(Writer):
-    def __init__(self, folder: Path, name: str, settings: Mapping[str, Any]) -> None:
-        """Begin a run's event file, or go on beside an earlier one of the same name."""
-        try:
-            from torch.utils.tensorboard import SummaryWriter
-        except ImportError as error:
-            raise MissingPackageError(f"tracker=tensorboard needs tensorboard: {EXTRA}") from error
-        self._writer: Any = SummaryWriter(str(folder / name.replace(" ", "/")))
-        self._writer.add_text("settings", _markdown(settings))
-
-    def report(self, step: int, row: Mapping[str, float]) -> None:
-        """Add a scalar for each column."""
-        for key, value in _measured(row).items():
-            self._writer.add_scalar(key, value, step)
-
-    def close(self) -> None:
-        """Write what is held back."""
-        self._writer.close()
-
-
-class _MlFlow(Writer):
-    def __init__(self, folder: Path, name: str, settings: Mapping[str, Any]) -> None:
-        """Begin a run in a database of the folder."""
-        os.environ.setdefault("MLFLOW_DISABLE_TELEMETRY", "true")
-        try:
-            from mlflow import MlflowClient
-        except ImportError as error:
-            raise MissingPackageError(f"tracker=mlflow needs mlflow: {EXTRA}") from error
-        folder.mkdir(parents=True, exist_ok=True)
-        self._client: Any = MlflowClient(f"sqlite:///{folder.absolute()}/mlflow.db")
-        experiment = self._client.get_experiment_by_name(PROJECT)
-        number = experiment.experiment_id if experiment else self._client.create_experiment(PROJECT)
-        self._run = self._client.create_run(number, run_name=name).info.run_id
-        for key, value in settings.items():
-            self._client.log_param(self._run, key, value)
-
-    def report(self, step: int, row: Mapping[str, float]) -> None:
-        """Log a metric for each column."""
-        for key, value in _measured(row).items():
-            self._client.log_metric(self._run, key, value, step=step)
-
-    def close(self) -> None:
-        """Mark the run as finished."""
-        self._client.set_terminated(self._run)
-
-
-PROJECT = "cycleik-bench"
-WRITERS: Mapping[str, type[Writer]] = {
-    NONE: _Silent,
-    TENSORBOARD: _TensorBoard,
-    MLFLOW: _MlFlow,
-}
+        if self.kind not in TRACKERS:
+            raise ValueError(
+                f"tracker.kind must be one of {', '.join(TRACKERS)}, got {self.kind!r}"
+            )
 
 
 @contextmanager
+def _silent(folder: Path, name: str, settings: Mapping[str, Any]) -> Iterator[Reporter]:
+    """Keep nothing."""
+    yield lambda step, row: None
+
+
+@contextmanager
+def _tensorboard(folder: Path, name: str, settings: Mapping[str, Any]) -> Iterator[Reporter]:
+    """Write a run's event file, in place of an earlier one of the same name."""
+    try:
+        from torch.utils.tensorboard import SummaryWriter
+    except ImportError as error:
+        raise MissingPackageError(f"tracker=tensorboard needs tensorboard: {EXTRA}") from error
+    writer: Any = SummaryWriter(str(folder / name.replace(" ", "/")), purge_step=0)
+
+    def report(step: int, row: Mapping[str, float]) -> None:
+        for key, value in _measured(row).items():
+            writer.add_scalar(key, value, step)
+
+    with writer:
+        writer.add_text("settings", _markdown(settings))
+        yield report
+
+
+@contextmanager
+def _mlflow(folder: Path, name: str, settings: Mapping[str, Any]) -> Iterator[Reporter]:
+    """Log a run to a database of the folder; one that does not reach its end is marked killed."""
+    os.environ.setdefault("MLFLOW_DISABLE_TELEMETRY", "true")
+    try:
+        from mlflow import MlflowClient
+    except ImportError as error:
+        raise MissingPackageError(f"tracker=mlflow needs mlflow: {EXTRA}") from error
+    database = folder.absolute() / "mlflow.db"
+    with exclusive(database):  # workers of a search come at once, and one must make its tables
+        client: Any = MlflowClient(f"sqlite:///{database}")
+        known = client.get_experiment_by_name(PROJECT)
+        experiment = known.experiment_id if known else client.create_experiment(PROJECT)
+    run = client.create_run(experiment, run_name=name).info.run_id
+
+    def report(step: int, row: Mapping[str, float]) -> None:
+        for key, value in _measured(row).items():
+            client.log_metric(run, key, value, step=step)
+
+    status = "KILLED"
+    try:
+        for key, value in settings.items():
+            client.log_param(run, key, value)
+        yield report
+        status = "FINISHED"
+    finally:
+        client.set_terminated(run, status)
+
+
+Tracker = Callable[[Path, str, Mapping[str, Any]], AbstractContextManager[Reporter]]
+TRACKERS: Mapping[str, Tracker] = {
+    NONE: _silent,
+    TENSORBOARD: _tensorboard,
+    MLFLOW: _mlflow,
+}
+
+
 def tracked(
     config: TrackerConfig, folder: Path, name: str, settings: Mapping[str, Any]
-) -> Iterator[Writer]:
+) -> AbstractContextManager[Reporter]:
     """Give what a run reports to, and close it whatever ends the run.
 
     Args:
         config: Which tracker.
         folder: Where it writes.
-        name: Of the run.
-        settings: Of the run, nested as in the configuration.
+        name: Of the run, such as ``train panda compact``.
+        settings: Of the run, nested as in the configuration: numbers, texts and lists.
 
     Raises:
         MissingPackageError: The tracker's package is not there.
     """
-    writer = WRITERS[config.kind](folder, name, dict(_flat(settings)))
-    try:
-        yield writer
-    finally:
-        writer.close()
+    return TRACKERS[config.kind](folder, name, dict(_flat(settings)))
 
 
 def _measured(row: Mapping[str, float]) -> dict[str, float]:

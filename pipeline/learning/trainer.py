@@ -41,7 +41,8 @@ class TrainingRun:
         digest: Names configuration, robot and data; a checkpoint of another one is not resumed.
         label: Shown at the progress bar.
         checkpoint: Where the state of an unfinished run is kept; None keeps none.
-        report: Called at each validation with the step and its row; may raise to stop the run.
+        report: Called at each validation with the step and its row, and with those of before where
+            a run goes on from its checkpoint; may raise to stop the run.
     """
 
     seed: int
@@ -217,6 +218,9 @@ class Trainer:
         progress, best = found
         self.best = {name: value.to(self.device) for name, value in best.items()}
         LOGGER.info("going on from step %d of %d", progress.step, total)
+        if self.run.report is not None:
+            for row in progress.curve:
+                self.run.report(int(row["step"]), row)
         return progress
 
     def _save(self, progress: Progress) -> None:

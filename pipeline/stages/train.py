@@ -79,12 +79,12 @@ def run(config: Config) -> list[Path]:
         checkpoint = folders.checkpoint(robot.name, config.model.name)
         label = f"train {robot.name} {config.model.name}"
         settings = {"seed": seed, "train": to_dict(config.train), "model": to_dict(config.model)}
-        with tracked(config.tracker, folders.tracker(), label, settings) as tracker:
+        with tracked(config.tracker, folders.tracker(), label, settings) as report:
             trainer = Trainer(
                 robot,
                 build_network(robot, config.model),
                 config.train,
-                TrainingRun(seed, resumed, label, checkpoint, tracker.report),
+                TrainingRun(seed, resumed, label, checkpoint, report),
             )
             progress = trainer.fit(poses, held_out)
         _write(folder, robot, trainer, progress, held_out, config, digest)

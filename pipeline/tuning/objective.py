@@ -74,7 +74,7 @@ class TrialObjective:
                 raise ArithmeticError(f"the validation loss is {value} after {step} steps")
             trial.report(value, round(WHOLE * step / total))
             _note_errors(trial, row)
-            tracker.report(step, {**row, "objective": value})
+            track(step, {**row, "objective": value})
             if step < total and trial.should_prune():
                 raise TrialPruned
 
@@ -85,7 +85,7 @@ class TrialObjective:
         name = f"tune {self.robot.name} {run.label}"
         folder = Artifacts(Path(self.config.results_dir).absolute()).tracker()
         try:
-            with tracked(self.config.tracker, folder, name, trial.params) as tracker:
+            with tracked(self.config.tracker, folder, name, trial.params) as track:
                 trainer.fit(poses, self.validation)
             return values[-1]  # the last step is always reported
         finally:

@@ -10,8 +10,6 @@ dimensions, into all of them.
 from __future__ import annotations
 
 from functools import partial
-from math import sqrt
-from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
@@ -23,36 +21,14 @@ from zuko.transforms import MonotonicAffineTransform
 
 from pipeline.learning.flow.config import FlowModel
 from pipeline.learning.networks import (
+    HALF_WIDTH,
     MATRIX_POSE_SIZE,
-    IkNetwork,
     ResidualBlocks,
-    matrix_pose,
+    SamplingNetwork,
 )
 from robots import Robot
 
-# Uniform joints, scaled from their limits to this, have the variance of the normal numbers that
-# the flow starts from.
-HALF_WIDTH = sqrt(3)
 LEAST_SCALE = 1e-2  # a coupling scales by a factor between this and its inverse
-
-
-class Latents(NamedTuple):
-    """What K draws of N poses, or the same K of all poses, start from.
-
-    Attributes:
-        component: (N or 1, K) uniform in [0, 1), picks a component of the mixture.
-        normal: (N or 1, K, dof) standard normal.
-    """
-
-    component: Tensor
-    normal: Tensor
-
-
-def draw_latents(poses: int, count: int, dof: int, seed: int) -> Latents:
-    """Return the latents of ``count`` draws of each of ``poses`` poses: a function of the seed."""
-    generator = torch.Generator().manual_seed(seed)
-    component = torch.rand(poses, count, generator=generator)
-    return Latents(component, torch.randn(poses, count, dof, generator=generator))
 
 
 class Coupling(GeneralCouplingTransform):
@@ -78,7 +54,7 @@ class Coupling(GeneralCouplingTransform):
         nn.init.zeros_(self.hyper[-1].bias)
 
 
-class FlowNetwork(IkNetwork):
+class FlowNetwork(SamplingNetwork):
     """The density of joints given a pose, and draws from it.
 
     Args:
@@ -88,7 +64,7 @@ class FlowNetwork(IkNetwork):
     """
 
     def __init__(self, robot: Robot, model: FlowModel) -> None:
-        super().__init__(robot, heads=1)
+        super().__init__(robot, normals=robot.dof, choices=1)
         self.noise = model.noise
         self.entry = nn.Linear(MATRIX_POSE_SIZE + 1, model.width)
         self.blocks = ResidualBlocks(model.width, model.encoder)
@@ -101,16 +77,8 @@ class FlowNetwork(IkNetwork):
                 couplings.append(Coupling(robot.dof, model.width, kept, list(model.hidden)))
         self.flow = Flow(couplings, _mixture(robot.dof, model))
 
-    def forward(self, poses: Tensor) -> Tensor:
-        """Return joints (N, 1, dof) in rad or m: one draw of each of poses (N, 7), always it."""
-        return self.draws(poses, draw_latents(1, 1, self.dof, seed=0))
-
-    def unit(self, joints: Tensor) -> Tensor:
-        """Return joints (N, dof), in rad or m, as the flow takes them."""
-        return (joints - self.joint_centre) / self.joint_scale * HALF_WIDTH
-
     def density(self, poses: Tensor, noise: Tensor) -> NormalizingFlow:
-        """Return the distribution of unit joints.
+        """Return the distribution of joints that are scaled to unit variance.
 
         Args:
             poses: (N, 7) metres and unit quaternions, scalar first.
@@ -118,28 +86,24 @@ class FlowNetwork(IkNetwork):
         """
         return self.flow(self.context(poses, noise))
 
-    def draws(self, poses: Tensor, latents: Latents) -> Tensor:
-        """Return joints (N, K, dof) in rad or m, inside the limits, that should reach poses (N, 7).
-
-        The noise that the flow was trained with is switched off (its share is 0).
-        """
+    def draws(self, poses: Tensor, latents: Tensor) -> Tensor:
+        """See `SamplingNetwork.draws`; the noise of the training is switched off."""
         context = self.context(poses, poses.new_zeros(len(poses), 1)).unsqueeze(1)
         base = self.flow.base(context)
         shares = base.logits.softmax(dim=-1).cumsum(dim=-1)  # (N, 1, M)
-        component, normal = (values.to(poses.device) for values in latents)
-        picked = (shares[..., :-1] < component[..., None]).sum(dim=-1)  # (N, K)
-        index = picked[..., None].expand(-1, -1, self.dof)
+        normal, component = latents.to(poses.device).split((self.dof, 1), dim=2)
+        picked = (shares[..., :-1] < component).sum(dim=-1, keepdim=True)  # (N, K, 1)
+        index = picked.expand(-1, -1, self.dof)
         centre, scale = (
             values.squeeze(1).gather(1, index) for values in (base.base.mean, base.base.stddev)
         )
-        unit = self.flow.transform(context).inv(centre + scale * normal)
-        inside = (unit / HALF_WIDTH).clamp(-1, 1)
-        return self.joint_centre + self.joint_scale * inside
+        scaled = self.flow.transform(context).inv(centre + scale * normal)
+        return self.inside(scaled / HALF_WIDTH)
 
     def context(self, poses: Tensor, noise: Tensor) -> Tensor:
         """Return what the couplings know (N, width) of poses (N, 7) and noise (N, 1)."""
-        pose = matrix_pose(self.scaled(poses), poses[:, 3:])
-        values = self.blocks(self.entry(torch.cat((pose, 2 * noise - 1), dim=1)))
+        described = torch.cat((self.described(poses), 2 * noise - 1), dim=1)
+        values = self.blocks(self.entry(described))
         context: Tensor = self.norm(values)
         return context
 

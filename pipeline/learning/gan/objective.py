@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import torch
 from torch import Tensor
 from torch.nn.functional import softplus
 
 from pipeline.learning.gan.network import Gan
-from pipeline.learning.losses import PoseLoss
 from pipeline.learning.objective import SamplingObjective
 
 
@@ -19,16 +16,9 @@ class GanObjective(SamplingObjective):
     The sum of both players' losses is returned. Each term's gradient reaches one player alone: the
     discriminator is a constant for the generators and their joints are constants for it, so both
     descend on their own loss at the same time.
-
-    Args:
-        *args: See `SamplingObjective`.
     """
 
     network: Gan
-
-    def __init__(self, *args: Any) -> None:
-        super().__init__(*args)
-        self.pose_loss = PoseLoss(self.train)
 
     def loss(self, poses: Tensor, joints: Tensor, step: int, done: float) -> Tensor:
         """See `Objective.loss`."""

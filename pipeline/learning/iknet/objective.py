@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from torch import Tensor
 
 from pipeline.learning.iknet.network import IkNet
-from pipeline.learning.losses import PoseLoss
 from pipeline.learning.objective import SamplingObjective
 
 
 class IkNetObjective(SamplingObjective):
-    """Negative log-likelihood, mean over the joints, and the pose that one draw reaches.
-
-    Args:
-        *args: See `SamplingObjective`.
-    """
+    """Negative log-likelihood, mean over the joints, and the pose that one draw reaches."""
 
     network: IkNet
-
-    def __init__(self, *args: Any) -> None:
-        super().__init__(*args)
-        self.pose_loss = PoseLoss(self.train)
 
     def loss(self, poses: Tensor, joints: Tensor, step: int, done: float) -> Tensor:
         """See `Objective.loss`; in nats of joints scaled to [-1, 1]."""

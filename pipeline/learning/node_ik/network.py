@@ -16,12 +16,9 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-from pipeline.learning.networks import MATRIX_POSE_SIZE, SamplingNetwork
+from pipeline.learning.networks import HALF_WIDTH, MATRIX_POSE_SIZE, SamplingNetwork
 from pipeline.learning.node_ik.config import NodeIkModel
 from robots import Robot
-
-# Uniform joints, scaled from their limits to this, have the variance of the noise.
-HALF_WIDTH = math.sqrt(3)
 
 
 class Squash(NamedTuple):

@@ -5,7 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from pipeline.learning.node_ik.network import HALF_WIDTH, NodeIk
+from pipeline.learning.networks import HALF_WIDTH
+from pipeline.learning.node_ik.network import NodeIk
 from pipeline.learning.objective import SamplingObjective
 
 
