@@ -33,6 +33,7 @@ class Progress:
         curve: One row for each validation so far.
         best_step: Step of the validation with the smallest error; 0 before there was one.
         best_error: That error, in units of `trainer.error_score`.
+        processor_s: Processor time of the run so far, over its resumptions [s].
     """
 
     step: int = 0
@@ -42,6 +43,7 @@ class Progress:
     curve: list[dict[str, float]] = field(default_factory=list)
     best_step: int = 0
     best_error: float = math.inf
+    processor_s: float = 0.0
 
 
 def save(

@@ -85,6 +85,7 @@ class Trainer:
         self.train = train
         self.run = run
         self.best: State = {}
+        self._clock = 0.0
         self.objective = objective or make_objective(
             robot, self.network, train, self.device, run.seed
         )
@@ -128,12 +129,14 @@ class Trainer:
         if isinstance(self.network, IkNetwork):
             self.network.prepare(data[0])
         progress = self._start(total)
+        self._clock = time.process_time() - progress.processor_s
         try:
             with bar(total * size, "pose", self.run.label, progress.step * size) as shown:
                 self._loop(data, held_out, batches, progress, total, shown)
         except KeyboardInterrupt:
             self._save(progress)
             raise
+        progress.processor_s = time.process_time() - self._clock
         return progress
 
     def states(self) -> dict[str, State]:
@@ -227,6 +230,7 @@ class Trainer:
         path = self.run.checkpoint
         if path is not None:
             self._step.flush(progress)
+            progress.processor_s = time.process_time() - self._clock
             checkpoint.save(
                 path, self.run.digest, progress, self.network, self.optimizer, self.best
             )

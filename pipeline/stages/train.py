@@ -142,7 +142,7 @@ def _write(
     }
     write_text(folder / "curve.csv", pd.DataFrame(progress.curve).to_csv(index=False))
     write_json(folder / "metrics.json", metrics)
-    write_json(folder / SIGNATURE, provenance.signature(config.profile))
+    write_json(folder / SIGNATURE, _signature(trainer, progress, config))
     card = provenance.card(
         "model",
         "train",
@@ -157,6 +157,13 @@ def _write(
         files={name: sha256(folder / name) for name in ("curve.csv", "metrics.json")},
     )
     save_weights(folder, trainer.network, card, states["best" if kept == "last" else "last"])
+
+
+def _signature(trainer: Trainer, progress: Progress, config: Config) -> dict[str, Any]:
+    """What no later stage may depend on: when it was made, by what, and how long it took."""
+    seconds = round(progress.processor_s, 1)
+    made = provenance.signature(config.profile)
+    return {**made, "processor_s": seconds, "device": str(trainer.device)}
 
 
 def _errors(trainer: Trainer, state: State, held_out: PoseSet) -> dict[str, float]:
