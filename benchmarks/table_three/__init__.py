@@ -1,0 +1,1 @@
+"""Table III of the paper with rows of our own."""

@@ -1,0 +1,81 @@
+"""Trainings of equal time: how long they are in poses, and what was said of them afterwards."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+from pathlib import Path
+
+from pipeline.artifacts import SIGNATURE
+from pipeline.config import compose
+from pipeline.data.files import read_json
+from pipeline.learning.card import CARD, read_card
+from pipeline.settings import Config
+from pipeline.stages.forecast import core_seconds
+from pipeline.stages.inputs import artifacts
+from pipeline.stages.running import run_stage
+
+
+@dataclass(frozen=True)
+class Training:
+    """What a network was trained with.
+
+    Attributes:
+        parameters: Weights and biases.
+        poses: Poses seen, one as often as it was seen.
+        seconds: Processor time [s]; None where it was not recorded.
+        device: Of the training.
+    """
+
+    parameters: int
+    poses: int
+    seconds: float | None
+    device: str
+
+
+def trained(robot: str, model: str, minutes: float, overrides: Sequence[str]) -> Path:
+    """Return the folder of a method's weights, trained for so many minutes of a core.
+
+    Weights of that length are taken as they are; a training that was stopped goes on.
+    """
+    config = with_length(robot, model, minutes, overrides)
+    folder = artifacts(config).train(robot, model)
+    if (folder / CARD).exists():
+        made = read_card(folder)["config"]["train"]
+        if (made["poses"], made["epochs"]) == (config.train.poses, config.train.epochs):
+            return folder
+    run_stage("train", config)
+    return folder
+
+
+def with_length(robot: str, model: str, minutes: float, overrides: Sequence[str]) -> Config:
+    """Return the configuration of a training of so many minutes of a core.
+
+    By results/rates.csv, so that the length does not depend on the machine. It goes through the
+    poses of the training set as few times as it can: that the recipe of a profile takes a few of
+    them many times is to make it short.
+    """
+    given = [*overrides, f"robot={robot}", f"model={model}"]
+    whole = compose([*given, "train.poses=0", "train.epochs=1"])
+    start_s = core_seconds("start", whole)
+    pose_s = (core_seconds("train", whole) - start_s) / whole.dataset.train
+    seen = 60 * minutes / pose_s
+    epochs = ceil(seen / whole.dataset.train)
+    return compose([*given, f"train.poses={int(seen / epochs)}", f"train.epochs={epochs}"])
+
+
+def training_of(folder: Path) -> Training:
+    """Return what card and signature say of the weights in a folder.
+
+    The project's own say no time, and their best step is their last.
+    """
+    card, train = read_card(folder), read_card(folder)["config"]["train"]
+    signed = read_json(folder / SIGNATURE) if (folder / SIGNATURE).exists() else {}
+    seen = train.get("poses", 0) * train["epochs"]
+    return Training(
+        parameters=card["parameters"],
+        poses=seen or card["validation"]["best"]["step"] * train["batch_size"],
+        seconds=signed.get("processor_s"),
+        device=card["device"],
+    )
