@@ -47,6 +47,7 @@ BOXES = {
     "configuration": "conf/ composed and checked",
     "Python API": "load_solver, evaluate",
     "stages": "one thin file a stage, their graph",
+    "zoo": "many arms, where a seed pays",
     "commands": "the command line",
 }
 GROUPS = {  # modules of `pipeline` beside its packages; all others are the foundation

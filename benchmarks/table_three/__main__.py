@@ -1,6 +1,6 @@
 """Table III with rows of our own: every learned method on the same poses, with equal training time.
 
-    python -m benchmarks.table_three [--minutes 3.5] [--robots panda valkyrie] [--poses 1000]
+    python -m benchmarks.table_three [--minutes 3] [--robots panda valkyrie] [--poses 1000]
                                      [--write] [key=value ...]
 
 Each method is trained for the same time of one core, by the rates of results/rates.csv. Trainings
@@ -40,7 +40,7 @@ METHODS = {  # models by robot: those that the paper or its related work has num
 }
 SOLVERS = {"compact": "cycleik"}  # of models that are called otherwise
 PUBLISHED_AXES = ("cycleik",)  # whose published errors are means over the axes
-MINUTES = 3.5  # of one core, what the quick profile's recipe of the compact network takes
+MINUTES = 3.0  # of one core: about what the quick profile's recipe of the compact network takes
 
 
 def main() -> None:
@@ -94,8 +94,7 @@ def published(robot: str) -> list[dict[str, Any]]:
 def ours(robot: str, minutes: float, count: int, overrides: Sequence[str]) -> list[dict[str, Any]]:
     """Two rows a network of a robot: its single draws, and the answers of its solver."""
     folders = {
-        (model, "equal time"): trained(robot, model, minutes, overrides)
-        for model in METHODS[robot]
+        (model, "equal time"): trained(robot, model, minutes, overrides) for model in METHODS[robot]
     }
     folders["compact", "comes with the project"] = shipped_weights(robot)
     config = compose([*overrides, f"robot={robot}"])
@@ -133,7 +132,7 @@ def described(table: pd.DataFrame, minutes: float, count: int) -> str:
         f"Errors of {count:,} poses of the test set. *mean of draws*: every draw counts with its",
         "own error, as IKFlow reports; *best of*: the draw that forward kinematics finds nearest,",
         "which is what the solver answers. Euclidean and geodesic errors stand apart from the",
-        "paper's means over the axes. *100 poses*: median time of a call, one core; published times",
+        "paper's means over the axes. *100 poses*: median time of a call, one core; published ones",
         "are of graphics processors.",
         "",
         "| robot | method | source | errors | Euclidean, mm | geodesic, deg | axes, mm | axes, deg "

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil
 from pathlib import Path
 
 from pipeline.artifacts import SIGNATURE
 from pipeline.config import compose
 from pipeline.data.files import read_json
 from pipeline.learning.card import CARD, read_card
-from pipeline.settings import Config
-from pipeline.stages.forecast import core_seconds
+from pipeline.stages.forecast import with_minutes
 from pipeline.stages.inputs import artifacts
 from pipeline.stages.running import run_stage
 
@@ -39,7 +37,7 @@ def trained(robot: str, model: str, minutes: float, overrides: Sequence[str]) ->
 
     Weights of that length are taken as they are; a training that was stopped goes on.
     """
-    config = with_length(robot, model, minutes, overrides)
+    config = with_minutes(minutes, compose([*overrides, f"robot={robot}", f"model={model}"]))
     folder = artifacts(config).train(robot, model)
     if (folder / CARD).exists():
         made = read_card(folder)["config"]["train"]
@@ -47,22 +45,6 @@ def trained(robot: str, model: str, minutes: float, overrides: Sequence[str]) ->
             return folder
     run_stage("train", config)
     return folder
-
-
-def with_length(robot: str, model: str, minutes: float, overrides: Sequence[str]) -> Config:
-    """Return the configuration of a training of so many minutes of a core.
-
-    By results/rates.csv, so that the length does not depend on the machine. It goes through the
-    poses of the training set as few times as it can: that the recipe of a profile takes a few of
-    them many times is to make it short.
-    """
-    given = [*overrides, f"robot={robot}", f"model={model}"]
-    whole = compose([*given, "train.poses=0", "train.epochs=1"])
-    start_s = core_seconds("start", whole)
-    pose_s = (core_seconds("train", whole) - start_s) / whole.dataset.train
-    seen = 60 * minutes / pose_s
-    epochs = ceil(seen / whole.dataset.train)
-    return compose([*given, f"train.poses={int(seen / epochs)}", f"train.epochs={epochs}"])
 
 
 def training_of(folder: Path) -> Training:

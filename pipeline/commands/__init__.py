@@ -50,6 +50,9 @@ RUNNING = {
         "protocols.protocols_of",
         "the same solvers as six groups measure them, six rankings: protocols robot=panda",
     ),
+    "zoo": Command(
+        "zoo.zoo", "many arms of others, a network each, unattended: where a neural seed pays"
+    ),
     "demo": Command(
         "demo.demo", "three minutes: one robot solves, plans and grasps; a film and a page"
     ),

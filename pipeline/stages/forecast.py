@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from math import ceil
 from typing import TYPE_CHECKING
 
 import pandas as pd
 
 from pipeline.config import compose
+from pipeline.errors import PipelineError
 from pipeline.locations import results
 from pipeline.stages.shipped import SHIPPED
 
@@ -57,6 +59,24 @@ def seconds_of_command(stage: str, overrides: Sequence[str]) -> float:
     if SOLVERS in given:
         evaluate = replace(evaluate, solvers=given[SOLVERS].strip("[]").split(","))
     return core_seconds(stage, replace(config, robot=robot, evaluate=evaluate))
+
+
+def with_minutes(minutes: float, config: Config) -> Config:
+    """Return a run whose training takes so many minutes of one core, by the committed rates.
+
+    Its length does not depend on the machine. It goes through the training set as few times as it
+    can: that the recipe of a profile takes a few poses many times is to make it short.
+
+    Raises:
+        PipelineError: There is no rate for the model.
+    """
+    rate = _rate("train", config.model.name, config.robot.name)
+    if not rate:
+        raise PipelineError(f"{results() / RATES} has no rate of training for {config.model.name}")
+    seen = 60 * minutes / rate
+    epochs = ceil(seen / config.dataset.train)
+    poses = max(config.train.batch_size, int(seen / epochs))
+    return replace(config, train=replace(config.train, poses=poses, epochs=epochs))
 
 
 @cache
