@@ -132,8 +132,8 @@ def described(table: pd.DataFrame, minutes: float, count: int) -> str:
         f"Errors of {count:,} poses of the test set. *mean of draws*: every draw counts with its",
         "own error, as IKFlow reports; *best of*: the draw that forward kinematics finds nearest,",
         "which is what the solver answers. Euclidean and geodesic errors stand apart from the",
-        "paper's means over the axes. *100 poses*: median time of a call, one core; published ones",
-        "are of graphics processors.",
+        "paper's means over the axes. *100 poses*: median processor time of a call, one thread;",
+        "published times are of graphics processors.",
         "",
         "| robot | method | source | errors | Euclidean, mm | geodesic, deg | axes, mm | axes, deg "
         "| 100 poses, ms | parameters | poses seen | training, s | device |",

@@ -55,7 +55,7 @@ class Measured:
             latents the mean over its hypotheses.
         answers: Errors of the solver's answers: the best of several by forward kinematics.
         answers_of: How many those are.
-        draws_ms: Time of a call of 100 poses, a draw each [ms]; median.
+        draws_ms: Processor time of a call of 100 poses, a draw each [ms]; median.
         answers_ms: Likewise of the solver [ms].
     """
 
@@ -108,9 +108,9 @@ def _timed(answer: Callable[[Array], Array], calls: Array) -> tuple[Array, float
         answer(call)
     found, seconds = [], []
     for call in calls:
-        began = time.perf_counter()
+        began = time.process_time()
         found.append(answer(call))
-        seconds.append(time.perf_counter() - began)
+        seconds.append(time.process_time() - began)
     return np.concatenate(found), median(seconds)
 
 

@@ -61,9 +61,9 @@ def table_of(rows: pd.DataFrame, zoo: ZooConfig, notes: Sequence[str]) -> Table:
         title="The zoo: where a neural seed pays",
         caption=f"A compact network for each arm, trained for {zoo.minutes:g} minutes of one core "
         f"(by results/rates.csv; *training*: processor time); {zoo.poses:,} free poses in one "
-        "batch, one thread, the compiled Levenberg-Marquardt from home and from the network's best "
-        "hypothesis, times by processor. *range*: mean of the turning joints, endless ones count as a full turn. "
-        "*gain*: home over network; time includes the network's.",
+        "batch, one thread, times of the processor: the compiled Levenberg-Marquardt from home and "
+        "from the network's best hypothesis. *range*: mean of the turning joints, endless ones "
+        "count as a full turn. *gain*: home over network; time includes the network's.",
         notes=[*verdict(rows), *notes],
     )
 
