@@ -20,26 +20,31 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.studies import write_study
+from benchmarks.studies import STUDIES
 from benchmarks.table_three.measures import CALL, DRAWS, SEED, measured
 from benchmarks.table_three.training import trained, training_of
-from pipeline import load_robot
+from pipeline import load_robot, provenance
 from pipeline.config import compose
 from pipeline.data.dataset import read_split
+from pipeline.data.files import write_text
 from pipeline.learning.card import shipped_weights
 from pipeline.locations import published_results
-from pipeline.presentation.naming import robot_title, solver_title
+from pipeline.presentation.origin import Origin
 from pipeline.presentation.published import read_published
+from pipeline.presentation.table import write_origin
+from pipeline.reporting.topics.learned import learned_methods
 from pipeline.reporting.topics.paper import NETWORKS
 from pipeline.stages.inputs import dataset_of
 
-NAME = "table_three"
 METHODS = {  # models by robot: those that the paper or its related work has numbers for
     "panda": ("compact", "gan", "iknet", "flow", "node_ik", "eem"),
     "valkyrie": ("compact", "flow", "eem"),
 }
 SOLVERS = {"compact": "cycleik"}  # of models that are called otherwise
 PUBLISHED_AXES = ("cycleik",)  # whose published errors are means over the axes
+TRAINED = (
+    "Equal time: {minutes:g} min of a core by results/rates.csv. Errors: {poses:,} test poses."
+)
 MINUTES = 3.0  # of one core: about what the quick profile's recipe of the compact network takes
 
 
@@ -56,16 +61,21 @@ def main() -> None:
     for robot in options.robots:
         rows += published(robot)
         rows += ours(robot, options.minutes, options.poses // CALL * CALL, options.overrides)
-    table = pd.DataFrame(rows)
-    text = described(table, options.minutes, options.poses)
-    print(text)
+    table = learned_methods(pd.DataFrame(rows))
+    which = ["--minutes", f"{options.minutes:g}", "--robots", *options.robots]
+    which += ["--poses", str(options.poses), "--write", *options.overrides]
+    table.origin = Origin(
+        shlex.join(["python", "-m", "benchmarks.table_three", *which]),
+        **provenance.signature(compose(options.overrides).profile),
+        processor=provenance.machine()["processor"],
+        seeds=f"of weights, order and poses 0, of draws {SEED}",
+    )
+    table.notes.append(TRAINED.format(minutes=options.minutes, poses=options.poses))
+    print(table.to_markdown())
     if options.write:
-        which = ["--minutes", f"{options.minutes:g}", "--robots", *options.robots]
-        which += ["--poses", str(options.poses), "--write", *options.overrides]
-        command = shlex.join(["python", "-m", "benchmarks.table_three", *which])
-        profile = compose(options.overrides).profile
-        seeds = f"of weights, order and poses 0, of draws {SEED}"
-        write_study(NAME, table, text, command, seeds, profile)
+        write_text(STUDIES / f"{table.name}.csv", table.to_csv())
+        write_text(STUDIES / f"{table.name}.md", table.to_markdown())
+        write_origin(STUDIES, table.name, table.origin)
 
 
 def published(robot: str) -> list[dict[str, Any]]:
@@ -81,7 +91,7 @@ def published(robot: str) -> list[dict[str, Any]]:
         rows.append(
             {
                 "robot": robot,
-                "method": method,
+                "solver": method,
                 "source": "published",
                 f"{prefix}position_mm": errors[0],
                 f"{prefix}rotation_deg": errors[1],
@@ -105,8 +115,8 @@ def ours(robot: str, minutes: float, count: int, overrides: Sequence[str]) -> li
         solver = SOLVERS.get(model, model)
         result = measured(known, solver, folder, poses)
         print(f"{robot} {model} measured", flush=True)
-        draws = f"mean of {DRAWS} draws" if model != "compact" else "mean of 4 hypotheses"
-        facts = {"robot": robot, "method": solver, "source": trained_how}
+        draws = f"{DRAWS} draws" if model != "compact" else "4 hypotheses"
+        facts = {"robot": robot, "solver": solver, "source": trained_how}
         facts |= asdict(training_of(folder))
         rows += [
             {**facts, "of": draws, **asdict(result.draws), "call_ms": result.draws_ms},
@@ -118,49 +128,6 @@ def ours(robot: str, minutes: float, count: int, overrides: Sequence[str]) -> li
             },
         ]
     return rows
-
-
-def described(table: pd.DataFrame, minutes: float, count: int) -> str:
-    """The table for people."""
-    lines = [
-        "# Table III: neural solvers, the published numbers and ours",
-        "",
-        f"*Equal time*: trained for {minutes:g} minutes of one core, by the rates of",
-        "results/rates.csv; the processor time that it took stands beside. Networks other than",
-        "CycleIK's are reduced re-implementations, trained for minutes where their authors trained",
-        "for hours or days: the rows say what minutes give, not what the methods can reach.",
-        f"Errors of {count:,} poses of the test set. *mean of draws*: every draw counts with its",
-        "own error, as IKFlow reports; *best of*: the draw that forward kinematics finds nearest,",
-        "which is what the solver answers. Euclidean and geodesic errors stand apart from the",
-        "paper's means over the axes. *100 poses*: median processor time of a call, one thread;",
-        "published times are of graphics processors.",
-        "",
-        "| robot | method | source | errors | Euclidean, mm | geodesic, deg | axes, mm | axes, deg "
-        "| 100 poses, ms | parameters | poses seen | training, s | device |",
-        "|---|---|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---|",
-    ]
-    for row in table.to_dict("records"):
-        errors = ("position_mm", "rotation_deg", "paper_position_mm", "paper_rotation_deg")
-        cells = [
-            robot_title(row["robot"]),
-            solver_title(row["method"]),
-            row["source"],
-            _text(row["of"]),
-            *(_number(row[name], ".3g") for name in errors),
-            _number(row["call_ms"], ".3g"),
-            *(_number(row[name], ",.0f") for name in ("parameters", "poses", "seconds")),
-            _text(row["device"]),
-        ]
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
-
-
-def _number(value: float | None, form: str) -> str:
-    return "–" if value is None or pd.isna(value) else format(value, form)
-
-
-def _text(value: Any) -> str:
-    return value if isinstance(value, str) else "–"
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from pipeline.reporting.topics import (
     detector,
     experiments,
     grasps,
+    learned,
     left_out,
     losses,
     outcomes,
@@ -51,7 +52,7 @@ CHAPTERS = (
         "paper",
         "Against the paper",
         "The paper's tables with this run beside them, in the paper's own metric.",
-        (paper.TOPIC, left_out.TOPIC),
+        (paper.TOPIC, learned.TOPIC, left_out.TOPIC),
     ),
     Chapter(
         "solvers",

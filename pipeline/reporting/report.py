@@ -133,12 +133,12 @@ def load(
 
 def make_tables(data: ReportData, topics: Sequence[Topic] = TOPICS) -> list[Table]:
     """Make every table of some topics that has rows, in the order of the report."""
-    made = [
-        replace(make(data), origin=_origin(data, topic))
-        for topic in topics
-        for make in topic.tables
+    made = [(make(data), topic) for topic in topics for make in topic.tables]
+    return [
+        replace(table, origin=table.origin or _origin(data, topic))
+        for table, topic in made
+        if table.rows
     ]
-    return [table for table in made if table.rows]
 
 
 def _origin(data: ReportData, topic: Topic) -> Origin:

@@ -11,6 +11,7 @@ import torch
 from pipeline.config import compose
 from pipeline.data.dataset import PoseSet
 from pipeline.learning.batches import Batches
+from pipeline.learning.checkpoint import Progress, restore
 from pipeline.learning.factory import build_network
 from pipeline.learning.trainer import Trainer, TrainingError, TrainingRun, error_score
 from pipeline.settings import Config
@@ -72,6 +73,8 @@ def test_a_killed_run_ends_with_the_same_bits(
     first = trainer(robot, config, TrainingRun(0, "d", "first", checkpoint=path, report=die))
     with pytest.raises(Killed):
         first.fit(poses, held_out)
+    before, _ = restore(path, "d", first.network, first.optimizer) or (Progress(), {})
+    assert before.processor_s > 0.0
     rows = []
     again = TrainingRun(0, "d", "second", path, report=lambda _, row: rows.append(row))
     second = trainer(robot, config, again)
@@ -82,6 +85,7 @@ def test_a_killed_run_ends_with_the_same_bits(
     for name, value in whole.states()["best"].items():
         assert torch.equal(value, second.states()["best"][name]), name
     assert resumed.best_step == expected.best_step
+    assert resumed.processor_s > before.processor_s  # that of both processes
     second.finish()
     assert not path.exists()
 
