@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.checks import positive
-from pipeline.config import CONF_DIR
 from pipeline.data.files import Document, read_yaml
 from pipeline.errors import ConfigError, PipelineError
+from pipeline.locations import CONF_DIR
 from robots import Robot, load_robot
 from robots.add import add_robot
 from robots.description import find_description
