@@ -40,7 +40,7 @@ from pipeline.stages.inputs import dataset_of
 
 METHODS = {  # models by robot: those that the paper or its related work has numbers for
     "panda": ("compact", "gan", "iknet", "flow", "node_ik", "eem"),
-    "valkyrie": ("compact", "flow", "eem"),
+    "valkyrie": ("flow", "eem"),
 }
 SOLVERS = {"compact": "cycleik"}  # of models that are called otherwise
 PUBLISHED_AXES = ("cycleik",)  # whose published errors are means over the axes
