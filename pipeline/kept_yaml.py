@@ -35,7 +35,9 @@ class KeptFiles(FileConfigSource):  # type: ignore[misc]
             return super().load_config(config_path)  # says so
         entry = path.stat()
         state = (entry.st_mtime_ns, entry.st_size, entry.st_ino)
-        return cast(ConfigResult, pickle.loads(_parsed(self.provider, self.path, config_path, state)))
+        return cast(
+            ConfigResult, pickle.loads(_parsed(self.provider, self.path, config_path, state))
+        )
 
 
 @lru_cache(maxsize=1024)

@@ -36,6 +36,8 @@ from tests.groups import runs
 
 HEADER = "# @package _global_\n"
 STRUCTURE = ("defaults", registry.TARGET)  # they say what is composed; they are no values
+
+
 @cache
 def files_of(*run: str) -> tuple[Source, ...]:
     return tuple(sources(run))
