@@ -42,7 +42,7 @@ class KeptFiles(FileConfigSource):  # type: ignore[misc]
 
 @lru_cache(maxsize=1024)
 def _parsed(provider: str, folder: str, config_path: str, state: tuple[int, ...]) -> bytes:
-    """Parse a file; pickled, since Hydra changes what it is given and a copy takes five times as long.
+    """Parse a file; pickled, since Hydra changes what it gets and a copy takes five times as long.
 
     Args:
         provider: Hydra's name for the folder.
