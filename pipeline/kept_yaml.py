@@ -11,6 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import cast
 
+from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra._internal.core_plugins.file_config_source import FileConfigSource
 from hydra.core.global_hydra import GlobalHydra
 from hydra.plugins.config_source import ConfigResult
@@ -18,7 +19,7 @@ from hydra.plugins.config_source import ConfigResult
 MAIN = "main"  # what Hydra calls the folder that it was initialised with
 
 
-class KeptFiles(FileConfigSource):  # type: ignore[misc]
+class KeptFiles(FileConfigSource):
     """A folder of YAML files that are parsed again only when they have changed."""
 
     def load_config(self, config_path: str) -> ConfigResult:
@@ -55,7 +56,8 @@ def _parsed(provider: str, folder: str, config_path: str, state: tuple[int, ...]
 
 def keep_parsed_files() -> None:
     """Let the Hydra that is initialised keep what it reads."""
-    repository = GlobalHydra.instance().config_loader().repository
+    loader = cast(ConfigLoaderImpl, GlobalHydra.instance().config_loader())
+    repository = loader.repository
     repository.sources = [
         KeptFiles(source.provider, source.path) if source.provider == MAIN else source
         for source in repository.sources
