@@ -59,20 +59,21 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="into results/studies")
     parser.add_argument("overrides", nargs="*", help="such as results_dir=results/slow")
     options = parser.parse_args()
+    count = max(1, options.poses // CALL) * CALL
     rows: list[dict[str, Any]] = []
     for robot in options.robots:
         rows += published(robot) + table_one(robot)
-        rows += ours(robot, options.minutes, options.poses // CALL * CALL, options.overrides)
+        rows += ours(robot, options.minutes, count, options.overrides)
     table = learned_methods(pd.DataFrame(rows))
     which = ["--minutes", f"{options.minutes:g}", "--robots", *options.robots]
-    which += ["--poses", str(options.poses), "--write", *options.overrides]
+    which += ["--poses", str(count), "--write", *options.overrides]
     table.origin = Origin(
         shlex.join(["python", "-m", "benchmarks.table_three", *which]),
         **provenance.signature(compose(options.overrides).profile),
         processor=provenance.machine()["processor"],
         seeds=f"of weights, order and poses 0, of draws {SEED}",
     )
-    table.notes.append(TRAINED.format(minutes=options.minutes, poses=options.poses))
+    table.notes.append(TRAINED.format(minutes=options.minutes, poses=count))
     print(table.to_markdown())
     if options.write:
         write_text(STUDIES / f"{table.name}.csv", table.to_csv())

@@ -33,9 +33,9 @@ def row_of(arm: Arm, folder: Path, zoo: ZooConfig) -> dict[str, Any]:
         MissingArmError: No installed package has its URDF.
         RobotError: The URDF cannot be used.
     """
-    robot = robot_of_arm(arm, folder / "robots")
     own = folder / arm.name
     with exclusive(own):
+        robot = robot_of_arm(arm, folder / "robots")
         asked = provenance.digest([asdict(zoo), chain_facts(robot)])
         path = own / ROW
         if path.exists() and (kept := dict(read_json(path)))["asked"] == asked:
