@@ -1,7 +1,7 @@
 """Table III with rows of our own: every learned method on the same poses, with equal training time.
 
     python -m benchmarks.table_three [--minutes 3] [--robots panda valkyrie] [--poses 1000]
-                                     [--write] [key=value ...]
+                                     [--as-is] [--write] [key=value ...]
 
 Each method is trained for the same time of one core, by the rates of results/rates.csv. Trainings
 that ended with that length are kept and one that was stopped goes on: the command may be killed
@@ -56,6 +56,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=MINUTES)
     parser.add_argument("--robots", nargs="+", choices=METHODS, default=[*METHODS])
     parser.add_argument("--poses", type=int, default=1000)
+    parser.add_argument("--as-is", action="store_true", help="train nothing: what is there")
     parser.add_argument("--write", action="store_true", help="into results/studies")
     parser.add_argument("overrides", nargs="*", help="such as results_dir=results/slow")
     options = parser.parse_args()
@@ -63,7 +64,7 @@ def main() -> None:
     rows: list[dict[str, Any]] = []
     for robot in options.robots:
         rows += published(robot) + table_one(robot)
-        rows += ours(robot, options.minutes, count, options.overrides)
+        rows += ours(robot, options.minutes, count, options.overrides, options.as_is)
     table = learned_methods(pd.DataFrame(rows))
     which = ["--minutes", f"{options.minutes:g}", "--robots", *options.robots]
     which += ["--poses", str(count), "--write", *options.overrides]
@@ -145,6 +146,8 @@ def ours(robot: str, minutes: float, count: int, overrides: Sequence[str]) -> li
     poses = read_split(dataset_of(config), "test", known).poses[:count]
     rows = []
     for (model, trained_how), folder in folders.items():
+        if folder is None:
+            continue
         solver = SOLVERS.get(model, model)
         result = measured(known, solver, folder, poses)
         print(f"{robot} {model} measured", flush=True)

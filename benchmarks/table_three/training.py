@@ -32,10 +32,13 @@ class Training:
     device: str
 
 
-def trained(robot: str, model: str, minutes: float, overrides: Sequence[str]) -> Path:
+def trained(
+    robot: str, model: str, minutes: float, overrides: Sequence[str], as_is: bool
+) -> Path | None:
     """Return the folder of a method's weights, trained for so many minutes of a core.
 
-    Weights of that length are taken as they are; a training that was stopped goes on.
+    Weights of that length are taken as they are; a training that was stopped goes on. With
+    ``as_is`` nothing is trained, and there is None where there are no such weights.
     """
     config = with_minutes(minutes, compose([*overrides, f"robot={robot}", f"model={model}"]))
     folder = artifacts(config).train(robot, model)
@@ -43,6 +46,8 @@ def trained(robot: str, model: str, minutes: float, overrides: Sequence[str]) ->
         made = read_card(folder)["config"]["train"]
         if (made["poses"], made["epochs"]) == (config.train.poses, config.train.epochs):
             return folder
+    if as_is:
+        return None
     run_stage("train", config)
     return folder
 
