@@ -16,6 +16,7 @@ import argparse
 import shlex
 from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -135,10 +136,13 @@ def table_one(robot: str) -> list[dict[str, Any]]:
     ]
 
 
-def ours(robot: str, minutes: float, count: int, overrides: Sequence[str]) -> list[dict[str, Any]]:
+def ours(
+    robot: str, minutes: float, count: int, overrides: Sequence[str], as_is: bool
+) -> list[dict[str, Any]]:
     """Two rows a network of a robot: its single draws, and the answers of its solver."""
-    folders = {
-        (model, "equal time"): trained(robot, model, minutes, overrides) for model in METHODS[robot]
+    folders: dict[tuple[str, str], Path | None] = {
+        (model, "equal time"): trained(robot, model, minutes, overrides, as_is)
+        for model in METHODS[robot]
     }
     folders["compact", "comes with the project"] = shipped_weights(robot)
     config = compose([*overrides, f"robot={robot}"])
