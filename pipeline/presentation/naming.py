@@ -44,6 +44,7 @@ SOLVERS = {
     "roboticstoolbox": "Robotics Toolbox",
     "ssik": "ssik",
     "frankik": "frankik",
+    "eaik": "EAIK",
 }
 NEURAL = (
     "cycleik",
