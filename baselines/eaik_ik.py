@@ -1,4 +1,4 @@
-"""EAIK: analytical inverse kinematics of six-joint arms that it can take apart by their geometry."""
+"""EAIK: analytical inverse kinematics of six-joint arms that it can take apart."""
 
 from __future__ import annotations
 

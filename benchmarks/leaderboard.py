@@ -18,14 +18,20 @@ import argparse
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import pandas as pd
+
 import baselines
 from benchmarks import package_robots
+from benchmarks.studies import write_study
 from pipeline.commands.leaderboard import FOLDER, Destination, add_file
 from pipeline.commands.suites import suites_of
 from pipeline.config import compose, group_choices
 from pipeline.evaluation.config import row_name
+from pipeline.leaderboard.boards import read_boards
+from pipeline.leaderboard.standings import ranked
 from pipeline.locations import results
 from pipeline.settings import Config
+from pipeline.site.boards import leads_table
 from pipeline.stages.forecast import rates
 from pipeline.stages.inputs import artifacts
 from pipeline.suites.config import TRACKING
@@ -71,6 +77,17 @@ def main() -> None:
         for path in rows_of(config, robot, able):
             board, notes = add_file(path, to, overrides)
             print(*notes, f"{path.name} -> {board}", sep="\n", flush=True)
+    if options.folder is None:
+        write_leads(to.folder, config)
+
+
+def write_leads(folder: Path, config: Config) -> None:
+    """Write results/studies/suite_leads: who is ahead on each board, and within what time."""
+    lines = ranked(read_boards(folder), config.report.confidence)
+    table = leads_table(lines, config.report)
+    text = table.to_markdown().partition("\n")[2]  # without the line on the report
+    command = "python -m benchmarks.leaderboard"
+    write_study("suite_leads", pd.DataFrame(table.records()), text, command, str(config.seed))
 
 
 def expected_minutes(config: Config, solvers: Sequence[str]) -> float:

@@ -88,4 +88,4 @@ def test_lm_says_a_proven_no_after_few_descents_alone_and_in_a_batch() -> None:
         for each in (timed, searching.solve(poses[1::2]))
     ]
     assert starts > 1
-    np.testing.assert_allclose(*distances, rtol=0.05)
+    np.testing.assert_allclose(*distances, rtol=0.1)  # they trade distance for rotation
