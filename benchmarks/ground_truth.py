@@ -1,4 +1,4 @@
-"""Which poses of the suites have a solution at all, by analytical solvers, and `lm`'s rate of those.
+"""Which poses of the suites have a solution at all, by closed form, and `lm`'s rate of those.
 
     python -m benchmarks.ground_truth [--robots panda ur5 iiwa] [--poses 200] [--write]
 
@@ -124,8 +124,8 @@ def report(table: pd.DataFrame) -> str:
     lines = [
         "# Which poses have a solution at all",
         "",
-        "By construction of the suite, and by closed-form solvers inside the joint limits; *all*: the",
-        "solver has all solutions of the arm, so that its no is a proof. Rates of `lm` (5,000",
+        "By construction of the suite, and by closed-form solvers inside the joint limits; *all*:",
+        "the solver has all solutions of the arm, so that its no is a proof. Rates of `lm` (5,000",
         "iterations, no clock) are of the poses that have a solution by either, with 95 % Wilson",
         "intervals; *proven*: noes that `lm` rests on a bound of the reach.",
         "",

@@ -172,8 +172,9 @@ def leads_table(lines: pd.DataFrame, config: ReportConfig) -> Table:
         LEADS,
         name="leaderboard_leads",
         title="The first two of each board",
-        caption="Rates are of poses solved by calls of at most so long (any: the rate of the board), "
-        "at the limit of time that tells the first two apart best. Apart: their Wilson intervals "
+        caption="Rates are of poses solved by calls of at most so long (any: the rate of the "
+        "board), at the limit of time that tells the first two apart best; of waypoints, counted "
+        "as so many trials as there are trajectories. Apart: their Wilson intervals "
         f"do not overlap, at {config.confidence * 100:g} % for all limits of a board together.",
     )
     table.origin = lines_origin(lines)
