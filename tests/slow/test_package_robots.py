@@ -23,7 +23,8 @@ pytestmark = pytest.mark.slow
 SOURCES = {
     "ur5": "example-robot-data 6.0.0: cmeel.prefix/share/example-robot-data/robots/ur_description/"
     "urdf/ur5_robot.urdf, base_link to tool0",
-    "iiwa": "pybullet 3.2.7: pybullet_data/kuka_iiwa/model.urdf, lbr_iiwa_link_0 to lbr_iiwa_link_7",
+    "iiwa": "pybullet 3.2.7: pybullet_data/kuka_iiwa/model.urdf, "
+    "lbr_iiwa_link_0 to lbr_iiwa_link_7",
 }
 
 

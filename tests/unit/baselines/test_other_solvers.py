@@ -219,7 +219,7 @@ def test_eaik_has_all_solutions_of_a_six_joint_arm(tmp_path):
     found = solver.solve_all(poses[0], 8, apart=0.05)
     known = baselines.load("lm", robot).solve_all(poses[0], 20, apart=0.05)
     assert len(found) >= len(known) >= 2  # `lm` searches, and may miss one
-    far = poses[:5] + [2.0, 0, 0, 0, 0, 0, 0]
+    far = poses[:5] + np.array([2.0, 0, 0, 0, 0, 0, 0])
     assert not solver.solve(far).found.any()
 
 
