@@ -33,6 +33,8 @@ ROUNDING_M = 1e-7  # that arithmetic may add to a distance
 ROUNDS = 5  # of the search, at most
 STEPS_M = [0.1 / 2**k for k in range(10)]  # along an axis, after that
 LEAST = 1e-300  # a square by which a number can be divided
+# Chains that are longer, or have more sliding joints, go without: the search would take seconds.
+MOST_JOINTS, MOST_SLIDING = 24, 4
 PARALLEL = 1e-9  # square of the sine below which two axes count as parallel
 Z = np.array([0.0, 0.0, 1.0])
 
@@ -92,11 +94,15 @@ def proven_rows(bound, poses, position_m, rotation_rad, proven):  # type: ignore
 
 @lru_cache(maxsize=8)
 def pose_bound(robot: Robot) -> PoseBound:
-    """Return the bounds of a robot; no points where none is known, and nothing is ever proven."""
+    """Return the bounds of a robot; without points where there are none, so that all may be had."""
+    nothing = PoseBound(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty((0, 3)))
+    sliding = robot.chain.prismatic
+    if len(sliding) > MOST_JOINTS or sliding.sum() > MOST_SLIDING:
+        return nothing
     first, *links = chain_links(robot)
     spans = half_spans(first.corners)
     if not links or not _at_right_angles(spans):
-        return PoseBound(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), spans[:0])
+        return nothing
     found = [(np.zeros(3), *_smallest(links, tip=True))]
     last = links[-1]
     if len(links) > 1 and len(last.corners) == 1:  # no joint slides between the axis and the tip

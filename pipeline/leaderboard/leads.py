@@ -40,7 +40,8 @@ def leads(lines: pd.DataFrame, confidence: float) -> list[dict[str, Any]]:
 
 
 def _widest(board: pd.DataFrame, confidence: float) -> dict[str, Any]:
-    limits = [name for name in board if WITHIN.fullmatch(str(name)) and board[name].notna().all()]
+    named = [str(name) for name in board if WITHIN.fullmatch(str(name))]
+    limits = [name for name in named if board[name].notna().all()]
     each = 1.0 - (1.0 - confidence) / (len(limits) + 1)
     rates = {ANY_TIME: board.good / board.trials}
     rates |= {_limit(name): board[name] / board.poses for name in limits}
