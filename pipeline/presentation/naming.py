@@ -12,6 +12,8 @@ ROBOTS = {
     "valkyrie": "Valkyrie",
     "panda": "Panda",
     "fetch": "Fetch",
+    "ur5": "UR5",
+    "iiwa": "iiwa",
 }
 SOLVERS = {
     "cycleik": "CycleIK",
