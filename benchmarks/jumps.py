@@ -39,7 +39,7 @@ def main() -> None:
 
 
 def again(path: Path) -> pd.DataFrame:
-    """Return the jumps in raw rows of `tracking`, and what a search near the answer before finds."""
+    """Return the jumps in raw rows of `tracking`, and what a search near the last answer finds."""
     rows, name = read_table(path), str(read_metadata(path)["robot"])
     suite = read_table(path.parents[3] / "suite" / name / f"{path.parent.name}.parquet")
     robot = load_robot(name)
@@ -63,8 +63,6 @@ def again(path: Path) -> pd.DataFrame:
                 "step": rows.step[row],
                 "jump": rows.joint_step[row],
                 "at_limit": bool((before <= robot.lower).any() or (before >= robot.upper).any()),
-                    (np.minimum(before - robot.lower, robot.upper - before) == 0).any()
-                ),
                 "from_known": float(np.abs(before - known[row]).max()),
                 "avoidable": status == FOUND,
             }
