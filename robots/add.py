@@ -199,7 +199,8 @@ def _conf_text(name: str, conf: Path) -> str:
     model = next((p for p in (conf, CONF) if (p / f"{MODEL}.yaml").exists()), CONF)
     lines = (model / f"{MODEL}.yaml").read_text(encoding="utf-8").splitlines()
     kept = [line for line in lines if not line.startswith("#")]
-    kept = [f"name: {_scalar(name)}" if line.startswith("name:") else line for line in kept]
+    named = f"name: {_scalar(name)} # folder of robots/"
+    kept = [named if line.startswith("name:") else line for line in kept]
     header = [
         f"# Experiment values of this robot; its description is robots/{name}/{FILE}.",
         f"# The paper has none for it: table_one holds those of {MODEL}, as a start.",
