@@ -27,11 +27,11 @@ class Command:
 
 RUNNING = {
     "all": Command(
-        "run.everything",
+        "whole.everything",
         "every stage above but those on demand (suites, sample, reach, ...): robots=[...]",
     ),
     "paper": Command(
-        "paper.paper",
+        "whole.paper",
         "all of the paper, unattended: what it will take first; goes on where it was stopped",
     ),
     "reproduce": Command(
