@@ -117,7 +117,8 @@ LOOKING = {
     ),
     "code": Command("dvc.code", "write down what code each step depends on: DVC runs it first"),
     "readme": Command(
-        "readme.readme", "renew the table and the picture of README.md from the last run"
+        "readme.readme",
+        "renew figures and tables of README.md and docs/results.md: readme --figure",
     ),
 }
 COMMANDS = RUNNING | LOOKING
