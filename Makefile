@@ -1,4 +1,4 @@
-# Two commands for someone who has just cloned this: `make reproduce` and `make test`.
+# Commands for someone who has just cloned this: `make demo`, `make reproduce`, `make test`.
 SHELL := /bin/bash
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
@@ -17,7 +17,7 @@ help:
 	@echo "make status      what of that an edit has made stale"
 	@echo "make test        environment, then lint, types and tests"
 	@echo "make smoke       every stage at toy scale without DVC, minutes"
-	@echo "make slow        tests that take minutes"
+	@echo "make slow        tests that take minutes, some in a browser (chromium) and of the documentation"
 	@echo "make table2      the paper's Table II from the raw rows on disk, in seconds; make table3 likewise"
 	@echo "make paper-numerical  numerical solvers on 200,000 poses of five robots, hours; resumable"
 	@echo "make docs        the documentation as pages that open from disk: site/index.html"
@@ -56,6 +56,8 @@ unit: environment
 	pytest --durations=10
 
 slow: environment
+	python -m pip install -q --disable-pip-version-check --no-build-isolation -c requirements.lock -e '.[browser,docs]'
+	@command -v chromium >/dev/null || echo "there is no chromium (Debian: apt-get install chromium): tests in a browser are skipped" >&2
 	pytest -m slow
 
 smoke: environment

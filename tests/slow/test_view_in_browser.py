@@ -42,7 +42,7 @@ def served(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
         try:
             yield process, printed(process, r"(http://\S+) shows it")
             process.send_signal(signal.SIGINT)
-            assert process.wait(60) == 0
+            assert process.wait(PATIENCE_S) == 0
         finally:
             process.kill()
 
