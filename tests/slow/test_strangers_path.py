@@ -1,4 +1,4 @@
-"""The commands of docs/tutorials/stranger.md, typed in a clone: a robot of one's own on the page."""
+"""The commands of docs/tutorials/stranger.md, typed in a clone: a robot of yours on the page."""
 
 from __future__ import annotations
 
