@@ -11,6 +11,7 @@ help:
 	@echo "make reproduce   environment, then every stage through DVC, to tables, figures and report.html;"
 	@echo "                 PROFILE=smoke puts that scale (smoke, quick or paper) into conf/bench.yaml first;"
 	@echo "                 NETWORKS=default trains those that come with the project, too"
+	@echo "make environment the environment alone; PYTHON=/path names a CPython 3.11, TORCH=cuda takes PyTorch's build for a card"
 	@echo "make demo        one robot solves, plans and grasps with the networks that come with the project: a film, a page"
 	@echo "make paper       all of the paper at its scale, unattended, two tasks at a time; prints what it will take"
 	@echo "                 first and goes on where it was stopped; HOURS=24 is the longest task that it runs"
@@ -24,7 +25,7 @@ help:
 	@echo "make clean       remove results and caches; .venv stays"
 
 environment:
-	@PYTHON="$(PYTHON)" .ci/environment
+	@PYTHON="$(PYTHON)" TORCH="$(TORCH)" .ci/environment
 	@python -m pipeline warm
 
 reproduce: environment
