@@ -10,8 +10,9 @@ from pipeline.commands.run import chosen_profile, split_lists, step_overrides
 from pipeline.config import bench_lists, compose
 from pipeline.engine.scheduler import LOGS, Scheduler
 from pipeline.errors import PipelineError
+from pipeline.locations import RATES_FILE
 from pipeline.progress import log_file
-from pipeline.stages.forecast import RATES, rates
+from pipeline.stages.forecast import rates
 from pipeline.stages.graph import NETWORKS
 from pipeline.stages.whole_run import REPORT, Unit, UnitTasks, left_out, units, write_left_out
 
@@ -92,7 +93,7 @@ def plan_text(
     plan = scheduler.plan([unit.name for unit in every], {*stale, REPORT}, reasons)
     machines = ", ".join(dict.fromkeys(rates().machine))
     lines = [plan, *(f"left out: {name} {why}" for name, why in reasons.items())]
-    return "\n".join([*lines, f"rates of results/{RATES}: {machines}"])
+    return "\n".join([*lines, f"rates of results/{RATES_FILE}: {machines}"])
 
 
 def _own(name: str, given: Sequence[str]) -> tuple[dict[str, str], list[str]]:
