@@ -44,15 +44,21 @@ def set_up_logging() -> None:
         LOGGER.propagate = False
 
 
+class _LogFile(logging.FileHandler):
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - logging's name
+        """Let a line be missing: a full disk is reported by the task that fills it."""
+
+
 @contextmanager
 def log_file(path: Path) -> Iterator[None]:
     """Write lines to a file as well, with their times, and those of level DEBUG to it alone."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handler = logging.FileHandler(path, mode="w", encoding="utf-8")
+    handler = _LogFile(path, mode="w", encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(message)s", "%Y-%m-%d %H:%M:%S"))
     level = LOGGER.level
     LOGGER.addHandler(handler)
     LOGGER.setLevel(logging.DEBUG)
+    LOGGER.info("logs: %s", path.parent)
     try:
         yield
     finally:

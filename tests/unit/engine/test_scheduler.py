@@ -218,6 +218,7 @@ def test_a_terminal_sees_one_bar_and_a_file_each_task(
     assert not [line for line in capsys.readouterr().err.split("\r") if "done in" in line]
     lines = (tmp_path / "all.log").read_text().splitlines()
     assert [re.sub(r"^[-\d]+ [:\d]+ |\d+ s$", "", line) for line in lines] == [
+        f"logs: {tmp_path}",
         "a done in ",
         "b done in ",
     ]
