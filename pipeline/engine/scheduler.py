@@ -165,9 +165,9 @@ class Scheduler:
             while work.left or work.running:
                 while self._settle_one(work):
                     pass
-                if time.monotonic() - drawn > REDRAW_S:
+                if whole and time.monotonic() - drawn > REDRAW_S:
                     left, drawn = self._seconds_left(work), time.monotonic()
-                    bar.show(1.0 - left / whole if whole else 1.0, self._so_far(work, left))
+                    bar.show(1.0 - left / whole, self._so_far(work, left))
                 time.sleep(POLL_S)
                 for each in [*work.running]:
                     self._collect(each, work)
