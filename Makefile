@@ -5,7 +5,7 @@ export PATH := $(BIN):$(PATH)
 export DVC_NO_ANALYTICS := 1
 export PYTHONHASHSEED := 0
 
-.PHONY: help environment demo reproduce paper status test lint types unit slow smoke table2 table3 paper-numerical docs clean
+.PHONY: help packages warm environment demo reproduce paper status test lint types unit slow smoke table2 table3 paper-numerical docs clean
 
 help:
 	@echo "make reproduce   environment, then every stage through DVC, to tables, figures and report.html;"
@@ -24,9 +24,13 @@ help:
 	@echo "make docs        the documentation as pages that open from disk: site/index.html"
 	@echo "make clean       remove results and caches; .venv stays"
 
-environment:
+packages:
 	@PYTHON="$(PYTHON)" TORCH="$(TORCH)" .ci/environment
+
+warm: packages
 	@python -m pipeline warm
+
+environment: packages warm
 
 reproduce: environment
 	@python -m pipeline dvc $(if $(PROFILE),profile=$(PROFILE)) $(if $(NETWORKS),networks=$(NETWORKS)) >/dev/null
@@ -43,14 +47,17 @@ status: environment
 	@python -m pipeline code
 	@dvc status
 
-test: lint types unit
+# What checks the text of the code needs no kernels: it keeps one core busy while they are compiled.
+test: packages
+	@$(MAKE) --no-print-directory --output-sync=target -j2 types lint warm
+	@$(MAKE) --no-print-directory unit
 
-lint: environment
+lint: packages
 	ruff check .
 	ruff format --check .
 	lint-imports --no-cache --no-logo
 
-types: environment
+types: packages
 	mypy
 
 unit: environment

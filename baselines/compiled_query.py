@@ -9,6 +9,7 @@ where errors are worded.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -27,6 +28,7 @@ from robots.limits import FARTHEST, FULL_TURN
 Array = NDArray[np.float64]
 
 REFUSED = -1  # status of a query whose numbers the array API has to look at
+FEW = 4  # poses for which queries in a row take less than the arrays of a batch
 POSE_SHAPE = (7,)
 
 
@@ -133,9 +135,9 @@ class CompiledQuery(BoundKernel):
 
 
 class CompiledQuerySolver(Solver):
-    """A solver whose batches of one row, and `solve_one`, are one call of a compiled function.
+    """A solver whose `solve_one` is one call of a compiled function, and batches of few rows a few.
 
-    Answers are those of its batches, bit for bit.
+    Answers are those of its other batches, bit for bit.
     """
 
     _bound: tuple[Budget | None, LmOptions] | None = None
@@ -160,16 +162,21 @@ class CompiledQuerySolver(Solver):
     def _solve_at_once(
         self, poses: ArrayLike, initial: ArrayLike | None, budget: Budget | None
     ) -> Solution | None:
-        """See `Solver`: a batch of one row, as plain as the kernel wants it."""
-        if type(poses) is not np.ndarray or poses.shape != (1, 7):
+        """See `Solver`: a batch of few rows, as plain as the kernel wants it."""
+        if type(poses) is not np.ndarray or poses.ndim != 2 or not 0 < len(poses) <= FEW:
             return None
-        first = initial
-        if type(first) is np.ndarray and first.ndim == 2 and len(first) == 1:
-            first = first[0]
-        answer = np.empty(self.robot.dof)
+        count = len(poses)
+        given = type(initial) is np.ndarray and initial.ndim == 2 and len(initial) == count
+        answers = np.empty((count, self.robot.dof))
         options = self._options_now() if budget is None else self._options_of(budget)
-        outcome = self._answer(poses[0], first, answer, options)
-        return None if outcome is None else _solution(answer, *outcome)
+        outcomes = []
+        for k in range(count):
+            first = initial[k] if given else initial  # type: ignore[index]
+            outcome = self._answer(poses[k], first, answers[k], options)
+            if outcome is None:
+                return None
+            outcomes.append(outcome)
+        return _solution(answers, outcomes)
 
     def _answer(
         self, pose: ArrayLike, initial: ArrayLike | None, answer: Array, options: LmOptions
@@ -210,13 +217,14 @@ class CompiledQuerySolver(Solver):
         return given[1]
 
 
-def _solution(answer: Array, status: int, iterations: int, starts: int, ns: int) -> Solution:
+def _solution(answers: Array, outcomes: Sequence[tuple[int, int, int, int]]) -> Solution:
+    status, iterations, _, ns = zip(*outcomes, strict=True)
     return Solution(
-        answer[None],
-        np.array([status == 0]),
-        np.array([ns * 1e-9]),
-        np.array([iterations]),
-        (REASONS[status],),
+        answers,
+        np.array([each == 0 for each in status]),
+        np.array([each * 1e-9 for each in ns]),
+        np.array(iterations),
+        tuple(REASONS[each] for each in status),
     )
 
 

@@ -30,14 +30,14 @@ def own_folder(poses: Path, folder: Path) -> str:
     return f"results_dir={folder}"
 
 
-def test_four_workers_two_of_them_killed_end_with_the_asked_total(
+def test_three_workers_two_of_them_killed_end_with_the_asked_total(
     poses: Path, tmp_path: Path
 ) -> None:
-    total, generator = 12, random.Random()
-    search = start(own_folder(poses, tmp_path), "tune.workers=4", f"tune.trials={total}")
+    total, generator = 7, random.Random()
+    search = start(own_folder(poses, tmp_path), "tune.workers=3", f"tune.trials={total}")
     look = in_journal(tmp_path)
     dead: list[int] = []
-    for done in (1, 4):
+    for done in (1, 3):
         dead.append(kill_a_worker(look, generator, done, spared=search.pid, dead=dead))
     log = ended(search)
     assert log.count("worker process died") == 2, log
@@ -50,14 +50,14 @@ def test_four_workers_two_of_them_killed_end_with_the_asked_total(
 def test_a_search_killed_in_the_middle_goes_on_in_two_terminals_at_once(
     poses: Path, tmp_path: Path
 ) -> None:
-    folder, trials = own_folder(poses, tmp_path), "tune.trials=6"
+    folder, trials = own_folder(poses, tmp_path), "tune.trials=4"
     killed = start(folder, trials)
     number = kill_a_worker(in_journal(tmp_path), random.Random(), 2)
     killed.communicate()
     assert number == 2
     for search in [start(folder, trials) for _ in range(2)]:
         assert "watch the study with: optuna-dashboard '" in ended(search)
-    after = check_total(tmp_path, 6, cut_off=1)
+    after = check_total(tmp_path, 4, cut_off=1)
     assert after.state[number] == "FAIL"
     assert not list((tmp_path / "checkpoint").iterdir())
 

@@ -11,6 +11,7 @@ import pytest
 
 import baselines
 from baselines import Budget, InitialError, PoseError, Solver
+from baselines.compiled_query import FEW
 from pipeline import load_solver
 from robots import Robot, load_robot
 
@@ -53,6 +54,27 @@ def test_an_initial_guess_is_treated_as_in_a_batch(solver: Solver, scale: float)
         np.testing.assert_array_equal(solver.solve_one(pose, guess)[0], row)
         np.testing.assert_array_equal(solver.solve(pose[None], guess[None]).joints[0], row)
         np.testing.assert_array_equal(solver.solve(pose[None], guess).joints[0], row)
+    shared = solver.solve(poses, guesses[0]).joints
+    for few in (2, FEW, FEW + 1):
+        own = solver.solve(poses[:few], guesses[:few]).joints
+        np.testing.assert_array_equal(own, batch.joints[:few])
+        np.testing.assert_array_equal(solver.solve(poses[:few], guesses[0]).joints, shared[:few])
+
+
+@pytest.mark.parametrize("few", [2, FEW])
+def test_a_few_poses_are_rows_of_the_batch(solver: Solver, few: int) -> None:
+    poses = drawn(solver.robot, 40)
+    poses[few] = poses[few] + np.array([9.0, 0, 0, 0, 0, 0, 0])  # out of reach
+    batch = solver.solve(poses, budget=Budget(iterations=60))
+    for first in range(0, 2 * few, few - 1):
+        rows = slice(first, first + few)
+        alone = solver.solve(poses[rows], budget=Budget(iterations=60))
+        np.testing.assert_array_equal(alone.joints, batch.joints[rows])
+        np.testing.assert_array_equal(alone.found, batch.found[rows])
+        np.testing.assert_array_equal(alone.iterations, batch.iterations[rows])
+        assert alone.reason == batch.reason[rows]
+    with pytest.raises(InitialError, match=rf"\({few}, {solver.robot.dof}\)"):
+        solver.solve(poses[:few], np.zeros((few + 1, solver.robot.dof)))
 
 
 def test_numbers_of_other_types_and_layouts_are_taken(solver: Solver) -> None:

@@ -32,36 +32,15 @@ from pipeline.config import (
 from pipeline.key_comments import key_comments
 from pipeline.locations import CONF_DIR
 from pipeline.settings import Config
-from tests.groups import PLAIN
+from tests.groups import runs
 
 HEADER = "# @package _global_\n"
 STRUCTURE = ("defaults", registry.TARGET)  # they say what is composed; they are no values
-GROUPS = (
-    "robot",
-    "dataset",
-    "report",
-    "engine",
-    "tracker",
-    *PLAIN,
-)  # of which none hangs on another
 
 
 @cache
 def files_of(*run: str) -> tuple[Source, ...]:
     return tuple(sources(run))
-
-
-def runs() -> list[list[str]]:
-    """Overrides that together select every file: choices of several groups at once."""
-    models = group_choices("model")
-    together = [[f"model={model}"] for model in models]
-    for group in GROUPS:
-        names = group_choices(group)
-        for number, run in enumerate(together):
-            run.append(f"{group}={names[number % len(names)]}")
-    recipes = [name for name in group_choices("train") if name not in models]
-    alone = [("train", recipes), *((g, group_choices(g)) for g in ("tune", *OWNERS))]
-    return together + [[f"{group}={name}"] for group, names in alone for name in names]
 
 
 def leaves(node: Any, path: str = "") -> Iterator[tuple[str, Any]]:
