@@ -64,7 +64,7 @@ unit: environment
 	pytest --durations=10
 
 slow: environment
-	python -m pip install -q --disable-pip-version-check --no-build-isolation -c requirements.lock -e '.[browser,docs]'
+	-python -m pip install -q --disable-pip-version-check --no-build-isolation -c requirements.lock -e '.[browser,docs]'
 	@command -v chromium >/dev/null || echo "there is no chromium (Debian: apt-get install chromium): tests in a browser are skipped" >&2
 	pytest -m slow
 
