@@ -18,12 +18,14 @@ from baselines.checks import (
     thread_setting,
 )
 from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
+from baselines.errors import SettingError
 from baselines.kernel_abilities import KernelAbilities
 from baselines.lm_kernel import LmOptions
 from baselines.lm_query import lm_query, near_rows
 from baselines.protocol import Budget, Solution
 from baselines.refine import Refined, refine
 from baselines.seed_library import LIBRARY_SEED, SeedLibrary, build_seed_library
+from robots.pose_bound import pose_bound
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -49,6 +51,8 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
             `solve` has something to avoid; 0 takes the first free one of many answers.
         avoid_margin_m: What is nearer than the clearance and this is pushed away [m].
         avoid_move: Largest motion of a joint in such a step [rad or m].
+        return_share: Share of a limit of time that is left for the way back, so that a call that
+            finds nothing ends within the limit.
         threads: Threads that share a batch; 0 for all of numba's.
         time_s: Wall-clock budget per pose where `solve` gets none [s].
         iterations: Iteration budget per pose where `solve` gets none.
@@ -67,6 +71,7 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
         avoid_steps: int,
         avoid_margin_m: float,
         avoid_move: float,
+        return_share: float,
         threads: int,
         time_s: float | None,
         iterations: int | None,
@@ -81,6 +86,9 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
             self.max_jump = positive_settings({"max_jump": max_jump})["max_jump"]
         pushed = positive_settings({"avoid_margin_m": avoid_margin_m, "avoid_move": avoid_move})
         steps = count_settings({"avoid_steps": avoid_steps}, least=0)["avoid_steps"]
+        if not 0.0 <= return_share < 1.0:
+            raise SettingError(f"expected return_share from 0 to below 1, got {return_share!r}")
+        self._worked_share = 1.0 - return_share
         self.slide = Slide(steps, *pushed.values())
         # The kernel is compiled for these types; others would have it compiled again.
         sizes = ("position_tolerance_m", "rotation_tolerance_rad")
@@ -118,14 +126,16 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
             budget = self.budget or Budget(iterations=UNLIMITED)
         return self._options._replace(
             iterations=UNLIMITED if budget.iterations is None else budget.iterations,
-            time_ns=0 if budget.time_s is None else max(1, int(budget.time_s * 1e9)),
+            time_ns=0
+            if budget.time_s is None
+            else max(1, int(self._worked_share * budget.time_s * 1e9)),
         )
 
     def compile_query(self, options: LmOptions) -> CompiledQuery:
         """See `CompiledQuerySolver`."""
         robot = self.robot
-        bound = (joint_range(robot), robot.home, robot.chain, self.library, self.max_jump)
-        return CompiledQuery(lm_query, options, robot.dof, *bound)
+        bound = (joint_range(robot), robot.home, robot.chain, self.library, pose_bound(robot))
+        return CompiledQuery(lm_query, options, robot.dof, *bound, self.max_jump)
 
     def seed_memory(self) -> SeedLibrary:
         """See `KernelAbilities`."""

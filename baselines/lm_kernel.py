@@ -39,7 +39,7 @@ from robots.rows import copy_row
 
 Array = NDArray[np.float64]
 
-FOUND, OUT_OF_ITERATIONS, OUT_OF_TIME, OUT_OF_STARTS, IN_COLLISION = 0, 1, 2, 3, 4
+FOUND, OUT_OF_ITERATIONS, OUT_OF_TIME, OUT_OF_STARTS, IN_COLLISION, OUT_OF_REACH = range(6)
 
 
 class LmOptions(NamedTuple):
@@ -54,6 +54,8 @@ class LmOptions(NamedTuple):
         max_active_set_passes: How often a step is solved again with joints frozen.
         iterations: Iterations per pose, summed over starts.
         starts: Seeds and random configurations tried per pose.
+        nearest_starts: The same where it is proven that no configuration has the pose, and only the
+            nearest answer is looked for; 0 asks for no proof.
         time_ns: Time per pose [ns], 0 for no limit.
     """
 
@@ -65,6 +67,7 @@ class LmOptions(NamedTuple):
     max_active_set_passes: int
     iterations: int
     starts: int
+    nearest_starts: int
     time_ns: int
 
 
@@ -191,6 +194,7 @@ def limited(options, starts, time_ns):  # type: ignore[no-untyped-def]
         options.max_active_set_passes,
         options.iterations,
         starts,
+        options.nearest_starts,
         time_ns,
     )
 

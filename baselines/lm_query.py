@@ -8,14 +8,15 @@ from baselines.clock import now_ns
 from baselines.compiled_query import REFUSED, take_initial, take_pose, turn_nearest
 from baselines.lanes_kernel import refine_lanes
 from baselines.lanes_work import Batch, new_room
-from baselines.lm_kernel import first_start_only, refine_row
+from baselines.lm_kernel import FOUND, OUT_OF_REACH, first_start_only, limited, refine_row
 from robots.chain import Chain
 from robots.compiled import njit
+from robots.pose_bound import proves_no
 from robots.rows import copy_row
 
 
 @njit(inline="always")
-def refine_query(chain, pose, seeds, library, options, answer, timed):  # type: ignore[no-untyped-def]
+def refine_query(chain, pose, seeds, library, options, answer, timed, bound):  # type: ignore[no-untyped-def]
     """Descend for one pose as `baselines.refine` does, with the same bits.
 
     The lanes of a vector that have no other pose descend from later starts, so that the poses whose
@@ -30,14 +31,22 @@ def refine_query(chain, pose, seeds, library, options, answer, timed):  # type: 
         answer: (dof,) receives the joints [rad or m].
         timed: None without a limit of time, True with one: numba compiles a version each, of which
             mostly one is needed.
+        bound: `PoseBound`.
 
     Returns:
         Status, iterations, starts and time [ns].
     """
-    if timed is not None:
-        return refine_row(chain, pose, seeds, library, options, answer)
     timespec = np.empty(2, dtype=np.int64)
     began = now_ns(timespec)
+    proven = options.nearest_starts > 0 and proves_no(
+        bound, pose, options.position_tolerance_m, options.rotation_tolerance_rad
+    )
+    if proven:
+        options = limited(options, min(options.starts, options.nearest_starts), options.time_ns)
+    if timed is not None:
+        status, iterations, starts, spent = refine_row(chain, pose, seeds, library, options, answer)
+        status = OUT_OF_REACH if proven and status != FOUND else status
+        return status, iterations, starts, spent
     dof = answer.shape[0]
     counts = np.zeros((4, 1), dtype=np.int64)
     batch = Batch(
@@ -51,7 +60,8 @@ def refine_query(chain, pose, seeds, library, options, answer, timed):  # type: 
     )
     room = new_room(1, chain.prismatic.shape[0], dof, library.joints.shape[0])
     refine_lanes(chain, batch, library, options, room, np.int64(0))  # no literal: a type of its own
-    return counts[0, 0], counts[1, 0], counts[2, 0], now_ns(timespec) - began
+    status = OUT_OF_REACH if proven and counts[0, 0] != FOUND else counts[0, 0]
+    return status, counts[1, 0], counts[2, 0], now_ns(timespec) - began
 
 
 @njit()
@@ -71,7 +81,7 @@ def drawn_in(chain, guess, max_jump):  # type: ignore[no-untyped-def]
 
 @njit()
 def lm_query(  # type: ignore[no-untyped-def]
-    pose, initial, answer, options, timed, joints, home, chain, library, max_jump
+    pose, initial, answer, options, timed, joints, home, chain, library, bound, max_jump
 ):
     """Solve one pose from an initial guess, or else from home.
 
@@ -88,6 +98,7 @@ def lm_query(  # type: ignore[no-untyped-def]
         home: (dof,) guess where there is none.
         chain: The robot's `Chain`.
         library: `SeedLibrary`.
+        bound: `PoseBound`.
         max_jump: How far each joint may be from the guess [rad or m]; None for any distance.
 
     Returns:
@@ -98,7 +109,7 @@ def lm_query(  # type: ignore[no-untyped-def]
     if not (take_pose(pose, target) and take_initial(initial, joints, seeds)):
         return REFUSED, 0, 0, 0
     if max_jump is None:
-        outcome = refine_query(chain, target, seeds, library, options, answer, timed)
+        outcome = refine_query(chain, target, seeds, library, options, answer, timed, bound)
     else:
         near = drawn_in(chain, seeds[0], max_jump)
         outcome = refine_row(near, target, seeds, library, first_start_only(options), answer)

@@ -21,6 +21,7 @@ from baselines.protocol import OUT_OF_ITERATIONS, OUT_OF_TIME, Solution
 from baselines.seed_library import SeedLibrary, empty_seed_library
 from robots.arguments import compiled_floats
 from robots.chain import Chain
+from robots.pose_bound import pose_bound, proven_rows
 from robots.threads import forked
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ REASONS = {
     lm_kernel.OUT_OF_TIME: OUT_OF_TIME,
     lm_kernel.OUT_OF_STARTS: "out of starts",
     lm_kernel.IN_COLLISION: "in collision",
+    lm_kernel.OUT_OF_REACH: "proven out of reach",
 }
 _REASON_OF = np.array([REASONS[code] for code in range(len(REASONS))], dtype=object)
 
@@ -78,6 +80,16 @@ class Refined:
         return Solution(self.joints, self.found, self.time_s, self.iterations, reasons)
 
 
+def merged(chosen: NDArray[np.bool_], these: Refined, others: Refined) -> Refined:
+    """Put rows back where they were: `these` where `chosen` (N,) holds, `others` elsewhere."""
+    columns = {}
+    for name in ("joints", "status", "iterations", "starts", "time_s"):
+        here, there = getattr(these, name), getattr(others, name)
+        columns[name] = np.empty((len(chosen), *here.shape[1:]), dtype=here.dtype)
+        columns[name][chosen], columns[name][~chosen] = here, there
+    return Refined(**columns)
+
+
 def thread_count(count: int) -> int:
     """Return ``count``, at most the number of threads that numba has, which 0 means."""
     most: int = numba.config.NUMBA_NUM_THREADS
@@ -106,7 +118,8 @@ def refine(
 ) -> Refined:
     """Descend from each pose's seeds in order, then from random configurations, until solved.
 
-    The result of a row depends on its pose and seeds alone as long as no time limit is set.
+    The result of a row depends on its pose and seeds alone as long as no time limit is set. Where a
+    bound proves that there is no solution, `options.nearest_starts` of these descents are enough.
 
     Args:
         robot: The robot.
@@ -125,10 +138,15 @@ def refine(
         empty_seed_library(robot.dof) if library is None else library,
         options,
     )
-    if side_by_side and options.time_ns == 0 and options.starts > 0:
-        result = _side_by_side(arguments, thread_count(threads))
+    proven = _proven(robot, arguments[1], options)
+    if not proven.any():
+        result = _descended(arguments, threads, side_by_side)
     else:
-        result = _one_by_one(arguments, threads)
+        few = options._replace(starts=min(options.starts, options.nearest_starts))
+        denied = _descended(_rows(arguments, proven, few), threads, side_by_side)
+        denied.status[~denied.found] = lm_kernel.OUT_OF_REACH
+        others = _descended(_rows(arguments, ~proven, options), threads, side_by_side)
+        result = merged(proven, denied, others)
     if not robot.endless.any():
         return result
     return replace(result, joints=robot.nearest_turns(result.joints))
@@ -165,6 +183,28 @@ def refine_freely(
     )
     np.multiply(time_ns, 1e-9, out=result.time_s)
     return result
+
+
+def _proven(robot: Robot, poses: Array, options: LmOptions) -> NDArray[np.bool_]:
+    """Of which poses (N, 7) a bound proves that no configuration has them, (N,)."""
+    proven = np.zeros(len(poses), dtype=bool)
+    if options.nearest_starts > 0:
+        tolerances = options.position_tolerance_m, options.rotation_tolerance_rad
+        proven_rows(pose_bound(robot), poses, *tolerances, proven)
+    return proven
+
+
+def _rows(arguments: Arguments, chosen: NDArray[np.bool_], options: LmOptions) -> Arguments:
+    """Some poses of a batch and their seeds, under options of their own."""
+    chain, poses, seeds, library, _ = arguments
+    return chain, poses[chosen], seeds[chosen], library, options
+
+
+def _descended(arguments: Arguments, threads: int, side_by_side: bool) -> Refined:
+    options = arguments[-1]
+    if side_by_side and options.time_ns == 0 and options.starts > 0:
+        return _side_by_side(arguments, thread_count(threads))
+    return _one_by_one(arguments, threads)
 
 
 def _one_by_one(arguments: Arguments, threads: int) -> Refined:

@@ -3,9 +3,13 @@
     python benchmarks/leaderboard.py [--robots panda nico] [--solvers lm placo] [--machine NAME]
         [--folder FOLDER] [--plan] [key=value ...]
 
-Prints first how many minutes are to be expected, evaluates what has no rows yet (called again after
-a kill it goes on), judges all rows again and writes results/leaderboard/MACHINE/SUITE_ROBOT.csv. To
-be run on a quiet machine; with --plan it prints the expectation alone. Rows lie in results/PROFILE.
+Prints first how many minutes are to be expected, adds robots of packages and trains their networks,
+evaluates what has no rows yet (called again after a kill it goes on), judges all rows again and
+writes results/leaderboard/MACHINE/SUITE_ROBOT.csv. To be run on a quiet machine; with --plan it
+prints the expectation alone. Rows lie in results/PROFILE.
+
+`lm` and refined CycleIK follow all trajectories of tracking, the others the first ones
+(evaluate.trajectories): their lines say how many.
 """
 
 from __future__ import annotations
@@ -14,21 +18,32 @@ import argparse
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import pandas as pd
+
 import baselines
+from benchmarks import package_robots
+from benchmarks.studies import write_study
 from pipeline.commands.leaderboard import FOLDER, Destination, add_file
 from pipeline.commands.suites import suites_of
 from pipeline.config import compose, group_choices
 from pipeline.evaluation.config import row_name
+from pipeline.leaderboard.boards import read_boards
+from pipeline.leaderboard.standings import ranked
 from pipeline.locations import results
 from pipeline.settings import Config
+from pipeline.site.boards import leads_table
 from pipeline.stages.forecast import rates
 from pipeline.stages.inputs import artifacts
 from pipeline.suites.config import TRACKING
 from robots import load_robot
 
-ROBOTS = ("nicol", "nico", "valkyrie", "panda", "fetch")
+ROBOTS = ("nicol", "nico", "valkyrie", "panda", "fetch", *package_robots.ROBOTS)
 SOLVERS = ("cycleik", "cycleik_refined", "lm", "lookup", "pinocchio", "placo", "trac_ik", "bio_ik")
-LIBRARIES = ("optik", "pink", "mink", "frankik")  # of the extra `solvers`, where they are installed
+# Of the extra `solvers`, where they are installed.
+LIBRARIES = ("optik", "pink", "mink", "frankik", "ssik", "eaik", "roboticstoolbox")
+FOLLOW_ALL = ("lm", "cycleik_refined")
+FOLLOWED = 20  # trajectories that the others follow: some take a millisecond for each waypoint
+FEWER = f"evaluate.trajectories={FOLLOWED}"
 WAYPOINTS = 1530.0  # of a trajectory, both rates together: 9,194 of six of NICO
 OVERHEAD_S = 12.0  # of a suite of a robot: imports, kernels from the cache, generating the poses
 
@@ -43,29 +58,51 @@ def main() -> None:
     parser.add_argument("--plan", action="store_true", help="print what it will take, no more")
     options, overrides = parser.parse_known_args()
     config = compose(overrides)
-    per_robot = expected_minutes(config, len(options.solvers))
+    per_robot = expected_minutes(config, options.solvers)
     minutes = per_robot * len(options.robots)
     print(f"expected: {minutes:.0f} min of one core, {per_robot:.0f} a robot, without what is kept")
     if options.plan:
         return
     to = Destination(options.folder or results() / FOLDER, options.machine)
     for robot in options.robots:
+        package_robots.ensure(robot)
         able = solvers_of(robot, options.solvers)
-        suites_of([f"robot={robot}", f"evaluate.solvers=[{','.join(able)}]", *overrides])
+        for names, fewer in (
+            ([name for name in able if name in FOLLOW_ALL], []),
+            ([name for name in able if name not in FOLLOW_ALL], [FEWER]),
+        ):
+            if names:
+                solvers = f"evaluate.solvers=[{','.join(names)}]"
+                suites_of([f"robot={robot}", solvers, *fewer, *overrides])
         for path in rows_of(config, robot, able):
             board, notes = add_file(path, to, overrides)
             print(*notes, f"{path.name} -> {board}", sep="\n", flush=True)
+    if options.folder is None:
+        write_leads(to.folder, config)
 
 
-def expected_minutes(config: Config, solvers: int) -> float:
-    """Return the minutes of one core that all suites of a robot are expected to take."""
+def write_leads(folder: Path, config: Config) -> None:
+    """Write results/studies/suite_leads: who is ahead on each board, and within what time."""
+    lines = ranked(read_boards(folder), config.report.confidence)
+    table = leads_table(lines, config.report)
+    text = table.to_markdown().partition("\n")[2]  # without the line on the report
+    command = "python -m benchmarks.leaderboard"
+    write_study("suite_leads", pd.DataFrame(table.records()), text, command, str(config.seed))
+
+
+def expected_minutes(config: Config, solvers: Sequence[str]) -> float:
+    """Return the minutes of one core that all suites of a robot are expected to take.
+
+    Without those of training, where a network is missing.
+    """
     table = rates()
     evaluate = table[(table.stage == "evaluate") & (table.what == "")]
     a_pose = float(evaluate.core_seconds.iloc[0])
     names = group_choices("suite")
-    poses: float = config.suite.poses * sum(name != TRACKING for name in names)
-    poses += config.suite.trajectories * WAYPOINTS
-    return (poses * solvers * a_pose + len(names) * OVERHEAD_S) / 60
+    poses: float = config.suite.poses * sum(name != TRACKING for name in names) * len(solvers)
+    most = config.suite.trajectories
+    poses += WAYPOINTS * sum(most if n in FOLLOW_ALL else min(most, FOLLOWED) for n in solvers)
+    return (poses * a_pose + len(names) * OVERHEAD_S) / 60
 
 
 def solvers_of(robot: str, names: Sequence[str]) -> list[str]:

@@ -57,6 +57,7 @@ def evaluate(
             iterations=limits[1],
             batch_sizes=[batch_size],
             error_batch_size={},
+            trajectories=0,
         )
     except ValueError as error:
         raise ConfigError(str(error)) from error

@@ -9,6 +9,7 @@ from robots.locations import FOLDER, checkout, conf_dir, home
 
 CONF_DIR = conf_dir()
 PUBLISHED_FILE = "published_results.csv"
+RATES_FILE = "rates.csv"
 
 
 def results() -> Path:
@@ -18,8 +19,17 @@ def results() -> Path:
 
 def published_results() -> Path:
     """Return the file of the paper's numbers."""
-    folder = FOLDER / ("results" if checkout() else "pipeline/published")
-    return folder / PUBLISHED_FILE
+    return _shipped(PUBLISHED_FILE)
+
+
+def rates_file() -> Path:
+    """Return the file of what tasks cost, in core seconds a unit."""
+    return _shipped(RATES_FILE)
+
+
+def _shipped(name: str) -> Path:
+    """A file of the checkout's results/ that an installed package has too."""
+    return FOLDER / ("results" if checkout() else "pipeline/published") / name
 
 
 def need_checkout(what: str) -> Path:

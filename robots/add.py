@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from robots.description import FILE, FOLDER, Description
 from robots.errors import RobotError, SamplingError
 from robots.locations import conf_dir
+from robots.package_source import package_source
 from robots.robot import Robot, load_robot
 from robots.urdf import Urdf
 from robots.urdf_reader import read_urdf
@@ -98,7 +99,13 @@ def add_robot(
     conf_text = _conf_text(name, conf)
     allowed = tuple(given.find_allowed_collisions())
     title = given.urdf.name.replace("_", " ")
-    description = replace(given.description, name=name, title=title, allowed_collisions=allowed)
+    description = replace(
+        given.description,
+        name=name,
+        title=title,
+        allowed_collisions=allowed,
+        source=package_source(Path(urdf)),
+    )
     robot = Robot(description, given.urdf)
     samples = robot.sample(SAMPLES, collision_free=False)
     colliding = robot.in_collision(samples)
@@ -192,7 +199,8 @@ def _conf_text(name: str, conf: Path) -> str:
     model = next((p for p in (conf, CONF) if (p / f"{MODEL}.yaml").exists()), CONF)
     lines = (model / f"{MODEL}.yaml").read_text(encoding="utf-8").splitlines()
     kept = [line for line in lines if not line.startswith("#")]
-    kept = [f"name: {_scalar(name)}" if line.startswith("name:") else line for line in kept]
+    named = f"name: {_scalar(name)} # folder of robots/"
+    kept = [named if line.startswith("name:") else line for line in kept]
     header = [
         f"# Experiment values of this robot; its description is robots/{name}/{FILE}.",
         f"# The paper has none for it: table_one holds those of {MODEL}, as a start.",
@@ -300,6 +308,7 @@ def _description_text(description: Description, robot: Robot, home: Array) -> st
         f"name: {_scalar(description.name)}",
         f"title: {_scalar(description.title)}",
         f"urdf: {_scalar(description.name + '.urdf')} # relative to this file",
+        f"source: {_source(description)} # package that the URDF came with; null: none",
         f"base: {_scalar(description.base)}",
         f"tip: {_scalar(description.tip)}",
         "joints: # base to tip",
@@ -322,6 +331,10 @@ def _description_text(description: Description, robot: Robot, home: Array) -> st
         f"  seed: {view.seed} # of the five random postures",
     ]
     return "\n".join(rows) + "\n"
+
+
+def _source(description: Description) -> str:
+    return "null" if description.source is None else _scalar(description.source)
 
 
 def _numbers(values: Array) -> str:

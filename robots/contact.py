@@ -28,7 +28,7 @@ TOLERANCE = 1e-6
 STEPS = 64
 
 
-@njit()
+@njit(_nrt=True)
 def contact(kind, size, poses, a, b):  # type: ignore[no-untyped-def]
     """Whether two shapes touch.
 

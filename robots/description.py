@@ -40,6 +40,8 @@ class Description:
         hand: What grasping needs; see the robot's README.
         picture: How the robot's picture is taken.
         camera: What the robot sees with.
+        source: Package, version and file that the URDF was taken out of; None where it came with
+            this project or from elsewhere.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Description:
     hand: dict[str, Any] | None = None
     picture: Picture | None = None
     camera: Camera | None = None
+    source: str | None = None
 
 
 def available_robots(folder: Path = FOLDER) -> list[str]:
@@ -114,6 +117,7 @@ def read_description(path: Path) -> Description:
         hand=reader.mapping("hand"),
         picture=reader.picture(),
         camera=reader.camera(),
+        source=None if values.get("source") is None else reader.text("source"),
     )
 
 

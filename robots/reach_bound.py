@@ -76,7 +76,7 @@ class ReachBound:
 
 
 @dataclass(frozen=True)
-class _Link:
+class Link:
     """From one revolute axis to the next, or to the tip: a vector that sliding joints stretch.
 
     Attributes:
@@ -96,37 +96,37 @@ def reach_bound(robot: Robot) -> ReachBound:
 
     A robot without a revolute joint has the bound of zero, and its tip in the place of the joint.
     """
-    first, *links = _links(robot)
+    first, *links = chain_links(robot)
     middle = first.corners.mean(axis=0)
-    spans = _half_spans(first.corners)
+    spans = half_spans(first.corners)
     if not links:
         return ReachBound(rounded(middle), rounded(spans), ROUNDING_M)
     shifts = _shifts(links)
     return ReachBound(
         rounded(middle + shifts[0] * first.rotation[:, 2]),
         rounded(spans),
-        float(np.ceil((_length(links, shifts) + ROUNDING_M) / GRAIN_M) * GRAIN_M),
+        float(np.ceil((reach_length(links, shifts) + ROUNDING_M) / GRAIN_M) * GRAIN_M),
     )
 
 
-def _shifts(links: list[_Link]) -> Array:
+def _shifts(links: list[Link]) -> Array:
     """Where on its axis each joint is thought to sit, so that the bound is small (any is one)."""
     from scipy import optimize  # whoever solves without asking for a bound need not wait for it
 
     none = np.zeros(len(links))
     found = optimize.minimize(
-        lambda shifts: _length(links, shifts),
+        lambda shifts: reach_length(links, shifts),
         none,
         method="Powell",
         options={"xtol": 1e-7, "ftol": 1e-10, "maxiter": 200},
     )
     shifts = np.asarray(found.x, dtype=np.float64)
     shifts[0] = round(float(shifts[0]) / GRAIN_M) * GRAIN_M  # targets are measured from there
-    return shifts if _length(links, shifts) < _length(links, none) else none
+    return shifts if reach_length(links, shifts) < reach_length(links, none) else none
 
 
-def _links(robot: Robot) -> list[_Link]:
-    """The chain cut at its revolute joints; the first link ends at the first of them."""
+def chain_links(robot: Robot) -> list[Link]:
+    """Return the chain cut at its revolute joints; the first link ends at the first of them."""
     chain = robot.chain
     links = []
     rotation, parts = np.eye(3), [np.zeros((1, 3))]
@@ -137,10 +137,10 @@ def _links(robot: Robot) -> list[_Link]:
         if sliding:
             parts.append(np.outer(ends, rotation[:, 2]))
             continue
-        links.append(_Link(rotation, _sums(parts), ends))
+        links.append(Link(rotation, _sums(parts), ends))
         rotation, parts = np.eye(3), [np.zeros((1, 3))]
     parts.append((rotation @ chain.translations[-1])[None])
-    return [*links, _Link(rotation @ chain.rotations[-1], _sums(parts), None)]
+    return [*links, Link(rotation @ chain.rotations[-1], _sums(parts), None)]
 
 
 def _ends(robot: Robot, joint: int) -> tuple[float, float]:
@@ -158,17 +158,23 @@ def _sums(parts: list[Array]) -> Array:
     return np.array([np.sum(rows, axis=0) for rows in itertools.product(*parts)])
 
 
-def _half_spans(corners: Array) -> Array:
-    """Half edges (k, 3) of a box of 2^k corners in the order of `itertools.product`."""
+def half_spans(corners: Array) -> Array:
+    """Return half edges (k, 3) of a box of 2^k corners in the order of `itertools.product`."""
     count = int(np.log2(len(corners)))
     edges = [corners[1 << (count - 1 - k)] - corners[0] for k in range(count)]
     return np.array(edges).reshape(count, 3) / 2.0
 
 
-def _length(links: list[_Link], shifts: Array) -> float:
-    """The bound with each joint so far along its axis: the cheapest way to pair the links."""
+def reach_length(links: list[Link], shifts: Array, end: float = 0.0) -> float:
+    """Return the bound with each joint so far along its axis: the cheapest way to pair the links.
+
+    Args:
+        links: From the first revolute joint on.
+        shifts: (len(links),) of the joints at which they begin [m].
+        end: How far along the z axis there the point is that the last link leads to [m].
+    """
     z = np.array([0.0, 0.0, 1.0])
-    ahead = [*shifts[1:], 0.0]
+    ahead = [*shifts[1:], end]
     vectors = [
         link.corners + after * link.rotation[:, 2] - before * z
         for link, before, after in zip(links, shifts, ahead, strict=True)
@@ -181,7 +187,7 @@ def _length(links: list[_Link], shifts: Array) -> float:
     return best[-1]
 
 
-def _pair(link: _Link, before: Array, after: Array) -> float:
+def _pair(link: Link, before: Array, after: Array) -> float:
     """Greatest length of two vectors together over the angle of the joint between them."""
     assert link.limits is not None
     low, high = link.limits

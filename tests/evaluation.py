@@ -18,6 +18,7 @@ PLAIN = EvaluateConfig(
     limit_slack=1e-6,
     batch_sizes=[1],
     error_batch_size={},
+    trajectories=0,
     latency_poses=4,
     warm_up=0,
     threads=1,

@@ -12,6 +12,7 @@ LINE: dict[str, Any] = {
     "suite_version": 1,
     "suite_checksum": "ab" * 32,
     "robot": "nico",
+    "robot_source": "",
     "profile": "quick",
     "solver": "lm",
     "versions": "numpy 2",

@@ -27,11 +27,11 @@ class Command:
 
 RUNNING = {
     "all": Command(
-        "run.everything",
+        "whole.everything",
         "every stage above but those on demand (suites, sample, reach, ...): robots=[...]",
     ),
     "paper": Command(
-        "paper.paper",
+        "whole.paper",
         "all of the paper, unattended: what it will take first; goes on where it was stopped",
     ),
     "reproduce": Command(
@@ -120,7 +120,8 @@ LOOKING = {
     ),
     "code": Command("dvc.code", "write down what code each step depends on: DVC runs it first"),
     "readme": Command(
-        "readme.readme", "renew the table and the picture of README.md from the last run"
+        "readme.readme",
+        "renew figures and tables of README.md and docs/results.md: readme --figure",
     ),
 }
 COMMANDS = RUNNING | LOOKING

@@ -8,6 +8,7 @@ from typing import Any
 import torch
 
 from pipeline.commands.arguments import command_parser
+from pipeline.commands.model_card import write_model_card
 from pipeline.config import compose
 from pipeline.data.dataset import read_split
 from pipeline.errors import PipelineError
@@ -26,7 +27,7 @@ export-weights robot=panda [model=compact] [results_dir=results/quick]
 
 Copies the weights that `train` made to robots/<name>/weights, where a solver finds them right after
 installation. Numbers are kept in half precision; the errors on the test poses are measured with
-them as they are kept, and go into the card.
+them as they are kept, and go into the card and into the model card (README.md) beside it.
 
 export-weights detector robot=nicol [results_dir=results/quick]
 
@@ -55,6 +56,7 @@ def export_weights(arguments: list[str]) -> int:
         )
     test = _errors(robot, network, config, folders.dataset(robot.name))
     save_weights(target, network, _card(card, test), half=True)
+    write_model_card(target)
     errors = f"{test['position_error_mm']:.2f} mm, {test['rotation_error_deg']:.2f} deg"
     print(f"{target}: {errors} on {test['poses']} test poses")
     return 0
@@ -83,6 +85,7 @@ def _export_detector(config: Config) -> int:
     card = read_detector_card(source, robot.name)
     target = shipped_detector(robot.name)
     save_detector(target, network, {k: v for k, v in card.items() if k not in RUN_ONLY})
+    write_model_card(target)
     quality = card["held_out"]
     print(
         f"{target}: mAP50 {quality['map50']:.3f}, {quality['position_error_mm']:.1f} mm on "

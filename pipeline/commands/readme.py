@@ -1,4 +1,4 @@
-"""`readme`: put pictures and one table of a finished run into README.md; no number is typed."""
+"""`readme`: figures and tables of README.md and docs/results.md; no number there is typed."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ import shutil
 from pathlib import Path
 
 from pipeline.commands.arguments import command_parser
+from pipeline.commands.overview import draw, in_words, lines_of
 from pipeline.config import bench_lists
 from pipeline.data.files import replacing, write_text
 from pipeline.errors import MissingArtifactError
 from pipeline.locations import need_checkout
 
 PICTURES = {
-    "grasp.png": "grasp/{robot}/trial*_success.png",
+    "grasp.gif": "grasp/{robot}/trial*_success.gif",
 }
+FIGURE = "error_time.png"
 TABLE = "tables/table2_numerical_comparison.md"
 COLUMNS = (
     "Robot",
@@ -32,12 +34,24 @@ SOLVERS = ("CycleIK", "CycleIK refined", "LM, compiled")  # the others stand in 
 
 
 def readme(arguments: list[str]) -> int:
-    """Copy pictures to results/readme/ and renew the table between its marks in README.md."""
-    parser = command_parser("readme", "Renew README.md from the run of the default profile.")
+    """Copy pictures to results/readme/ and renew figures and tables between their marks."""
+    parser = command_parser(
+        "readme", "Renew README.md and docs/results.md from the run of the default profile."
+    )
     parser.add_argument("robot", nargs="?", metavar="ROBOT", help="whose grasp is shown")
+    parser.add_argument(
+        "--figure",
+        action="store_true",
+        help="only error against time and its table in README.md, from results/leaderboard",
+    )
     options = parser.parse(arguments)
     bench = bench_lists()
     root = need_checkout("README.md")
+    if options.figure:
+        lines = lines_of(root / "results")
+        draw(lines, root / "results" / "readme" / FIGURE)
+        renew_block(root / "README.md", "overview", in_words(lines))
+        return 0
     folder = root / "results" / bench["profile"]
     robot = options.robot or bench["grasp_robots"][0]
     for name, pattern in PICTURES.items():
@@ -45,7 +59,7 @@ def readme(arguments: list[str]) -> int:
         with replacing(root / "results" / "readme" / name) as partial:
             shutil.copyfile(source, partial)
     table = _first(folder, TABLE).read_text(encoding="utf-8")
-    renew_block(root / "README.md", "table", "\n".join(_narrow(table)))
+    renew_block(root / "docs" / "results.md", "table", "\n".join(_narrow(table)))
     return 0
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pipeline.commands.arguments import command_parser, count
 from pipeline.config import bench_lists
-from pipeline.engine.scheduler import Scheduler
+from pipeline.engine.scheduler import LOGS, Scheduler
 from pipeline.errors import PipelineError
 from pipeline.locations import need_checkout
-from pipeline.progress import LOGGER
+from pipeline.progress import LOGGER, log_file
 from pipeline.stages.dvc_file import CODE
 from pipeline.stages.dvc_tasks import DvcTasks
 
@@ -16,9 +16,9 @@ DESCRIPTION = """\
 reproduce [processes=2]
 
 Brings every stage of dvc.yaml up to date as `dvc repro` does, as many tasks at a time as
-`processes` of conf/bench.yaml says, each on cores of its own. Says at the start what that will take
-and at the end what each stage took. What a failed task does not concern goes on. Each task writes
-its log below the results folder.
+`processes` of conf/bench.yaml says, each on cores of its own. Says at the start what that will
+take, shows one bar, and says at the end what each stage took. What a failed task does not concern
+goes on. Below the results folder, in logs/, each task has its log, and reproduce.log lists them.
 """
 
 
@@ -34,7 +34,8 @@ def reproduce(arguments: list[str]) -> int:
         processes = count(key, value)
     folder = need_checkout("reproduce")
     results = folder / "results" / str(bench["profile"])
-    with DvcTasks(folder, results) as tasks:
+    log = log_file(results / LOGS / "reproduce.log")
+    with log, DvcTasks(folder, results) as tasks:
         scheduler = Scheduler(tasks, results, processes, cores=0)
         scheduler.run([CODE])  # says what code the others depend on
         if not scheduler.failed:
@@ -42,5 +43,5 @@ def reproduce(arguments: list[str]) -> int:
             stale = scheduler.stale(others)
             LOGGER.info("%s", scheduler.plan(others, stale))
             scheduler.run(stale)
-    scheduler.report()
+        scheduler.report()
     return FAILED if scheduler.failed else 0

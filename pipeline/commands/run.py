@@ -1,11 +1,10 @@
-"""Runs of stages: one, a sweep of runs, or all stages for several robots."""
+"""Runs of stages: one or a sweep of runs, and how overrides and lists of a whole run combine."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
 
-from pipeline.commands.arguments import command_parser
 from pipeline.config import (
     bench_lists,
     chosen,
@@ -20,19 +19,12 @@ from pipeline.errors import ConfigError
 from pipeline.progress import LOGGER
 from pipeline.settings import Config
 from pipeline.solvers import is_neural
-from pipeline.stages.graph import NETWORKS, STEPS, Step, runs
+from pipeline.stages.graph import STEPS, Step
 from pipeline.stages.running import run_stage
 from robots.suggestions import unknown_name
 
 SOLVERS = "evaluate.solvers"
 ORIGINS = ("train.from", "detector.from")  # keys that `networks` of conf/bench.yaml sets
-DESCRIPTION = """\
-all [robots=[panda,nico]] [profile=smoke] [key=value ...]
-
-Runs what `make reproduce` runs, without DVC: every step of the graph for each robot, then the
-report. robots, numerical and the other lists are those of conf/bench.yaml if left out, or of the
-profile's own file beside it.
-"""
 
 
 def run_once(name: str, overrides: list[str]) -> None:
@@ -59,17 +51,6 @@ def run_each(name: str, overrides: list[str]) -> None:
         config.results_dir = str(folder)
         write_text(folder.absolute() / "config.yaml", to_yaml(config))
         _run(name, config)
-
-
-def everything(arguments: list[str]) -> int:
-    """Run every step of the graph for each robot of ``robots=[...]`` (conf/bench.yaml else)."""
-    given = command_parser("all", DESCRIPTION).takes_overrides().parse(arguments)
-    lists, overrides = split_lists(given.overrides)
-    compose(overrides)  # a typo stops before the first stage
-    networks = {NETWORKS: bench_lists(chosen_profile(overrides))[NETWORKS]}
-    for step, axes in runs(lists):
-        _run(step.stage, compose(step_overrides(step, axes | networks, overrides)))
-    return 0
 
 
 def split_lists(arguments: list[str]) -> tuple[dict[str, list[str]], list[str]]:

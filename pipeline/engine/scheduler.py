@@ -8,7 +8,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
@@ -16,10 +16,11 @@ from typing import Protocol
 from pipeline.engine.cores import HELD, take_cores, usable_cores
 from pipeline.engine.order import Needs, among, makespan, priorities, ready, stale_tasks, step_of
 from pipeline.errors import PipelineError
-from pipeline.progress import LOGGER, last_line
+from pipeline.progress import LOGGER, WholeBar, last_line
 
 LOGS = "logs"  # folder below the results: what each task said
 POLL_S = 0.2
+REDRAW_S = 1.0
 DEATH_OF_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 LIBC = ctypes.CDLL(None)  # here, since a new process had better load nothing before its command
@@ -159,10 +160,14 @@ class Scheduler:
         needs = among(self._tasks.needs, stale)
         seconds = {name: self._tasks.seconds(name) for name in stale}
         work = _Work(needs, seconds, {*stale}, priorities(needs, seconds))
-        with _ended_with_us(work.running):
+        whole, drawn = self._seconds_left(work), -REDRAW_S
+        with _ended_with_us(work.running), closing(WholeBar()) as bar:
             while work.left or work.running:
                 while self._settle_one(work):
                     pass
+                if whole and time.monotonic() - drawn > REDRAW_S:
+                    left, drawn = self._seconds_left(work), time.monotonic()
+                    bar.show(1.0 - left / whole, self._so_far(work, left))
                 time.sleep(POLL_S)
                 for each in [*work.running]:
                     self._collect(each, work)
@@ -238,23 +243,25 @@ class Scheduler:
             why = str(error)
         if why:
             self.failed[name] = f"{name} failed ({why}), see {log}"
+            LOGGER.info("%s", self.failed[name])
         else:
             work.done.add(name)
             self.took[name] = seconds, used.ru_utime + used.ru_stime
-        LOGGER.info(
-            "%d of %d: %s %s in %.0f s%s",
-            len(work.needs) - len(work.left) - len(work.running), len(work.needs), name,
-            "failed" if why else "done", seconds, self._remaining(work),
-        )  # fmt: skip
+            LOGGER.debug("%s done in %.0f s", name, seconds)
 
-    def _remaining(self, work: _Work) -> str:
-        """Say what tasks will take that run or wait and can succeed; nothing where none is left."""
+    def _so_far(self, work: _Work, left: float) -> str:
+        """Say how many tasks have ended, what is left, and what runs."""
+        ended = len(work.needs) - len(work.left) - len(work.running)
+        now = ", ".join(each.name for each in work.running)
+        return f"{ended} of {len(work.needs)} tasks; about {duration(left)} left; now {now or '-'}"
+
+    def _seconds_left(self, work: _Work) -> float:
+        """Return what tasks will take that run or wait and can succeed [s]."""
         gone = {each.name: time.monotonic() - each.began for each in work.running}
         bad = {name for name in work.needs if name in self.failed}
         able = {*work.left, *gone} - stale_tasks(work.needs, bad)
         seconds = {n: max(work.seconds[n] - gone.get(n, 0.0), 0.0) for n in able}
-        left = duration(makespan(work.needs, able, seconds, self.places))
-        return f"; about {left} left" if able else ""
+        return makespan(work.needs, able, seconds, self.places)
 
     def _say_waiting(self, work: _Work) -> None:
         if not work.running and not self._waits:

@@ -27,7 +27,8 @@ from pipeline.evaluation.config import HOME, EvaluateConfig
 from pipeline.evaluation.machine import allowed_threads, machine_fingerprint
 from pipeline.evaluation.task import EvaluationTask, accepted_budget
 
-CACHE_KEY_EXCLUDES = ("solvers", "keep", "first_core")  # settings that rows do not depend on
+# Settings that rows do not depend on, beside the poses that are answered.
+CACHE_KEY_EXCLUDES = ("solvers", "keep", "first_core", "trajectories")
 SIMPLE = (bool, int, float, str)
 TRANSIENT = ("_owner",)  # attributes that answers do not depend on: the thread that made a solver
 PATHS = ("weights",)  # a folder may hold other weights tomorrow: networks go by checksum

@@ -40,6 +40,7 @@ class EvaluateConfig:
     limit_slack: float = MISSING
     batch_sizes: list[int] = MISSING
     error_batch_size: dict[str, int] = MISSING
+    trajectories: int = MISSING
     latency_poses: int = MISSING
     warm_up: int = MISSING
     threads: int = MISSING
@@ -60,6 +61,7 @@ class EvaluateConfig:
         positive_all("evaluate.batch_sizes", self.batch_sizes)
         if isinstance(self.error_batch_size, dict) and self.error_batch_size:
             positive_all("evaluate.error_batch_size", list(self.error_batch_size.values()))
+        at_least("evaluate.trajectories", self.trajectories, 0)
         at_least("evaluate.limit_slack", self.limit_slack, 0)
         at_least("evaluate.warm_up", self.warm_up, 0)
         at_least("evaluate.first_core", self.first_core, 0)

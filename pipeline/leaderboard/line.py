@@ -15,6 +15,7 @@ from pipeline.leaderboard.submission import Submission, times_us
 from pipeline.reporting.suite_measures import RATES, generator_of, good_poses, good_trials
 from pipeline.suites.config import UNREACHABLE
 from pipeline.suites.judging import judge_answers
+from pipeline.suites.part import answered_part
 
 if TYPE_CHECKING:
     from pipeline.evaluation.config import EvaluateConfig
@@ -47,6 +48,7 @@ def line_of(
     Raises:
         SuiteError: It answers another suite, or not in the way that `judge` reads.
     """
+    suite = answered_part(suite, sent.answers)
     name, seed = str(sent.facts["solver"]), int(sent.facts["seed"])
     judged = judge_answers(sent.answers, sent.path, name, suite, robot, evaluate, seed)
     rows = _as_answered(judged.rows, sent.answers)
@@ -55,6 +57,7 @@ def line_of(
     tolerance = report.success.strict
     values = {
         **{key: value for key, value in sent.facts.items() if key in FIELDS},
+        "robot_source": robot_source(robot),
         "suite_version": suite.version,
         "suite_checksum": suite.checksum,
         "batch_size": sent.facts.get("batch_size", 1),
@@ -69,6 +72,12 @@ def line_of(
     }
     order = [*FIELDS, *(key for key in values if key.startswith("within_"))]
     return {key: values[key] for key in order}, judged.notes
+
+
+def robot_source(robot: Robot) -> str:
+    """Return what a robot is made of again, "" for one that comes with this project."""
+    said = robot.description
+    return "" if said.source is None else f"{said.source}, {said.base} to {said.tip}"
 
 
 def _as_answered(rows: pd.DataFrame, answers: pd.DataFrame) -> pd.DataFrame:

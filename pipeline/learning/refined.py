@@ -17,12 +17,13 @@ from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_r
 from baselines.kernel_abilities import KernelAbilities
 from baselines.lm import LevenbergMarquardt
 from baselines.lm_kernel import LmOptions
-from baselines.refine import Refined, refine
+from baselines.refine import Refined, merged, refine
 from baselines.refine_torch import refine_place, refine_torch
 from baselines.registry import settings
 from baselines.seed_library import LIBRARY_SEED, SeedLibrary, build_seed_library
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Obstacles, Robot
+from robots.pose_bound import pose_bound
 from robots.suggestions import unknown_name
 
 POSITION, ROTATION = "position_tolerance_m", "rotation_tolerance_rad"
@@ -124,8 +125,9 @@ class RefinedSolver(KernelAbilities, CompiledQuerySolver):
         if query is None:
             return None
         function, arguments = query
-        bound = (joint_range(self.robot), self.robot.home, *arguments, self.library)
-        return CompiledQuery(function, options, self.robot.dof, *bound)
+        robot = self.robot
+        bound = (joint_range(robot), robot.home, *arguments, self.library, pose_bound(robot))
+        return CompiledQuery(function, options, robot.dof, *bound)
 
     def seed_memory(self) -> SeedLibrary:
         """See `KernelAbilities`."""
@@ -179,7 +181,8 @@ class RefinedSolver(KernelAbilities, CompiledQuerySolver):
         refined = self._descended(poses[outside], start, budget)
         if not inside.any():
             return refined.solution()
-        return _merged(inside, self._proposed(poses[inside], first[inside], budget), refined)
+        proposed = self._proposed(poses[inside], first[inside], budget)
+        return merged(inside, proposed, refined).solution()
 
     def _proposed(
         self, poses: NDArray[np.float64], first: NDArray[np.float64], budget: Budget | None
@@ -200,16 +203,6 @@ class RefinedSolver(KernelAbilities, CompiledQuerySolver):
         if self.accelerator is not None:
             return refine_torch(self.accelerator, poses, seeds, options, self.library)
         return refine(self.robot, poses, seeds, options, self.threads, self.library)
-
-
-def _merged(chosen: NDArray[np.bool_], these: Refined, others: Refined) -> Solution:
-    """Put rows back where they were: `these` where `chosen` (N,) holds, `others` elsewhere."""
-    columns = {}
-    for name in ("joints", "status", "iterations", "starts", "time_s"):
-        here, there = getattr(these, name), getattr(others, name)
-        columns[name] = np.empty((len(chosen), *here.shape[1:]), dtype=here.dtype)
-        columns[name][chosen], columns[name][~chosen] = here, there
-    return Refined(**columns).solution()
 
 
 def _neural(name: str, robot: Robot, **overrides: Any) -> NeuralSolver:

@@ -12,6 +12,8 @@ ROBOTS = {
     "valkyrie": "Valkyrie",
     "panda": "Panda",
     "fetch": "Fetch",
+    "ur5": "UR5",
+    "iiwa": "iiwa",
 }
 SOLVERS = {
     "cycleik": "CycleIK",
@@ -44,6 +46,7 @@ SOLVERS = {
     "roboticstoolbox": "Robotics Toolbox",
     "ssik": "ssik",
     "frankik": "frankik",
+    "eaik": "EAIK",
 }
 NEURAL = (
     "cycleik",

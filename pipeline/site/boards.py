@@ -7,6 +7,7 @@ from typing import Any
 import pandas as pd
 from markupsafe import Markup
 
+from pipeline.leaderboard.leads import leads
 from pipeline.leaderboard.schema import HERE
 from pipeline.leaderboard.standings import overall, ranked
 from pipeline.presentation.columns import (
@@ -19,6 +20,7 @@ from pipeline.presentation.columns import (
     text,
     under,
 )
+from pipeline.presentation.naming import solver_title
 from pipeline.presentation.origin import Origin
 from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig, tolerance_title
@@ -65,11 +67,23 @@ LINES = (
     text("timed_by", "timed"),
     text("date", "date"),
 )
+LEADS = (
+    MACHINE,
+    text("suite", "Suite", convert=plain),
+    ROBOT,
+    text("apart", "apart"),
+    text("within_us", "within [µs]"),
+    text("best", "best", convert=solver_title),
+    *under("its rate [%]", share("best_share", "share"), share("best_low", "from")),
+    text("second", "second", convert=solver_title),
+    *under("its rate [%]", share("second_share", "share"), share("second_high", "to")),
+)
 LEFT = (  # of a line, in a table of its own
     MACHINE,
     ROBOT,
     text("suite", "Suite", convert=plain),
     SOLVER,
+    text("robot_source", "robot from", lambda line: line["robot_source"] or None),
     text("suite_version", "version"),
     text("profile", "profile"),
     text("suite_checksum", "checksum of the suite", lambda line: line["suite_checksum"][:12]),
@@ -111,6 +125,7 @@ def leaderboard_page(lines: pd.DataFrame, config: ReportConfig) -> Page:
         Section("how", "", [Prose(HOW)]),
         Section("overall", "Overall", [Sheet(overall_table(placed, config))]),
         Section("boards", "Boards", [Sheet(lines_table(placed, config))]),
+        Section("leads", "Who is ahead", [Sheet(leads_table(placed, config))]),
         Section("within", "Success within a time", charts["profile"]),
         Section("error-time", "Error and time", charts["pareto"]),
         Section("made", "What made each line", [Sheet(made_table(placed), folded=True)]),
@@ -145,6 +160,22 @@ def lines_table(lines: pd.DataFrame, config: ReportConfig) -> Table:
         f"{config.confidence * 100:g} % Wilson intervals. Geometric mean of times shifted by "
         f"{config.leaderboard.shift_us:g} µs, misses as long as they took. Self-collision: of the "
         f"solved. Timed `{HERE}`: by this pipeline; else by who sent the answers.",
+    )
+    table.origin = lines_origin(lines)
+    return table
+
+
+def leads_table(lines: pd.DataFrame, config: ReportConfig) -> Table:
+    """The table of the first two of each board, within the time that tells them apart best."""
+    table = Table.of(
+        leads(lines, config.confidence),
+        LEADS,
+        name="leaderboard_leads",
+        title="The first two of each board",
+        caption="Rates are of poses solved by calls of at most so long (any: the rate of the "
+        "board), at the limit of time that tells the first two apart best; of waypoints, counted "
+        "as so many trials as there are trajectories. Apart: their Wilson intervals "
+        f"do not overlap, at {config.confidence * 100:g} % for all limits of a board together.",
     )
     table.origin = lines_origin(lines)
     return table

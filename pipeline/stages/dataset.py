@@ -9,8 +9,9 @@ from pipeline import provenance
 from pipeline.artifacts import SPLITS, exclusive
 from pipeline.closure import source_tree
 from pipeline.data.chunk_executor import chunk_executor
-from pipeline.data.dataset import split_seed, write_card, write_split
-from pipeline.data.files import FileError, read_json, write_sealed_json
+from pipeline.data.croissant import CROISSANT, croissant
+from pipeline.data.dataset import CARD, split_seed, write_card, write_split
+from pipeline.data.files import FileError, read_json, write_json, write_sealed_json
 from pipeline.data.tables import TableError, read_metadata, read_table
 from pipeline.progress import bar
 from pipeline.stages.inputs import artifacts, dataset_facts, robot_of
@@ -30,13 +31,14 @@ def run(config: Config) -> list[Path]:
     robot = robot_of(config)
     folder = artifacts(config).dataset(robot.name)
     with exclusive(folder):
-        (folder / "card.json").unlink(missing_ok=True)
+        (folder / CARD).unlink(missing_ok=True)
         _drop_other_code(
             folder, artifacts(config).root / "checkpoint" / f"dataset-{robot.name}.json"
         )
         facts = {split: _make(folder, robot, split, config) for split in SPLITS}
         card = {**_robot_facts(robot), "config": dataset_facts(config), "splits": facts}
         write_card(folder, {**card, **provenance.made_by()}, SPLITS)
+        write_json(folder / CROISSANT, croissant(read_json(folder / CARD), robot))
     return [folder]
 
 

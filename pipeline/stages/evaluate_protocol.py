@@ -72,6 +72,7 @@ def _as_protocol(config: Config) -> Config:
         time_s=protocol.time_s,
         iterations=protocol.iterations,
         error_batch_size={},
+        trajectories=0,
     )
     return replace(config, evaluate=changed, solver=_told(config))
 

@@ -15,6 +15,7 @@ from pipeline.stages import evaluate
 from pipeline.stages.evaluate import Job, each_solver, write_rows
 from pipeline.stages.inputs import artifacts, robot_of, suite_of
 from pipeline.stages.solvers import code_of, solver_of
+from pipeline.suites.part import first_trajectories
 from pipeline.suites.problems import freedoms
 from pipeline.suites.rows import follows, initial, obstacles, with_abilities, with_problems
 
@@ -38,7 +39,8 @@ def run(config: Config) -> list[Path]:
     Poses are handed over one by one, but to solvers of ``evaluate.error_batch_size``. A suite that
     has starts gives them to the solver. A suite with freedoms asks under them, but solvers of whole
     poses for those; all are judged under the freedoms. In unreachable solvers that explain a "no"
-    are asked for the reason, untimed.
+    are asked for the reason, untimed. In tracking ``evaluate.trajectories`` may say how many a
+    solver answers, the first ones.
     """
     return each_solver(config, _one)
 
@@ -47,6 +49,8 @@ def _one(job: Job) -> Path:
     config, name = job
     robot = robot_of(config)
     suite = suite_of(config)
+    if config.evaluate.trajectories:
+        suite = first_trajectories(suite, config.evaluate.trajectories)
     batch_size = config.evaluate.error_batch_size.get(name, 1)
     config = replace(config, evaluate=replace(config.evaluate, batch_sizes=[batch_size]))
     label = row_name(name, config.evaluate.pinned)

@@ -12,13 +12,12 @@ import pandas as pd
 
 from pipeline.config import compose
 from pipeline.errors import PipelineError
-from pipeline.locations import results
+from pipeline.locations import rates_file
 from pipeline.stages.shipped import SHIPPED
 
 if TYPE_CHECKING:
     from pipeline.settings import Config
 
-RATES = "rates.csv"  # below results/: core seconds a unit, where they were measured, by what
 START = "start"  # row of what any command takes before its first unit
 ROBOT, SOLVERS = "robot", "evaluate.solvers"
 ASIDE = (ROBOT, SOLVERS, "evaluate.seeded_by", "evaluate.side_by_side")  # keys that change no size
@@ -27,7 +26,7 @@ ASIDE = (ROBOT, SOLVERS, "evaluate.seeded_by", "evaluate.side_by_side")  # keys 
 @cache
 def rates() -> pd.DataFrame:
     """Return the committed rates; an empty cell of `what` or `robot` stands for any."""
-    return pd.read_csv(results() / RATES, keep_default_na=False)
+    return pd.read_csv(rates_file(), keep_default_na=False)
 
 
 def core_seconds(stage: str, config: Config) -> float:
@@ -72,7 +71,7 @@ def with_minutes(minutes: float, config: Config) -> Config:
     """
     rate = _rate("train", config.model.name, config.robot.name)
     if not rate:
-        raise PipelineError(f"{results() / RATES} has no rate of training for {config.model.name}")
+        raise PipelineError(f"{rates_file()} has no rate of training for {config.model.name}")
     seen = 60 * minutes / rate
     epochs = ceil(seen / config.dataset.train)
     poses = max(config.train.batch_size, int(seen / epochs))

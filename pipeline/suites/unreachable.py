@@ -109,6 +109,7 @@ def _not_found(robot: Robot, config: UnreachableConfig, poses: Array, places: Ar
         rotation_tolerance_rad=float(np.deg2rad(config.search_rotation_deg)),
         iterations=UNLIMITED,
         starts=config.search_starts,
+        nearest_starts=0,  # a search is wanted, not a proof
     )
     met = refine(robot, poses, np.empty((len(poses), 0, robot.dof)), options)
     errors = pose_errors(poses, robot.forward_kinematics(met.joints))

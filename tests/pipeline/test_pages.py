@@ -22,11 +22,11 @@ from baselines import registry
 from pipeline.__main__ import main
 from pipeline.commands import COMMANDS
 from pipeline.commands.export import KEYS as EXPORT_KEYS
-from pipeline.commands.paper import OWN
 from pipeline.commands.protocols import NAME as PROTOCOLS
 from pipeline.commands.site import COMPARE, DIR
 from pipeline.commands.suites import NAME as SUITES
 from pipeline.commands.view import with_group
+from pipeline.commands.whole import OWN
 from pipeline.config import compose, sweep
 from pipeline.locations import CONF_DIR
 from pipeline.stages.graph import STAGES

@@ -157,7 +157,9 @@ def test_it_says_what_is_to_be_done_and_what_it_took(
     assert said[1].startswith("4 of 4 tasks to run, 2 at a time, each on")
     assert said[1].endswith("of its own: about 3 min")
     assert "dataset 2 0 2 2 min" in [" ".join(line.split()) for line in said]
-    assert any(line.startswith("4 of 4: ") for line in said)
+    listed = (folder / "logs" / "reproduce.log").read_text()
+    assert all(f" {name} done in " in listed for name in ("code", *took))
+    assert not any(" done in " in line for line in said), "a terminal sees one bar"
     assert said[-1].endswith(" s in all")
     now = json.loads((folder / "durations.json").read_text())
     assert all(now[name] < seconds for name, seconds in took.items()), "measured anew"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,6 +20,7 @@ pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium"),
 ]
+PATIENCE_MS = 180_000.0  # a shared machine may take its time
 DESKTOP, PHONE = {"width": 1400, "height": 900}, {"width": 390, "height": 844}
 
 
@@ -42,8 +44,16 @@ def browser() -> Iterator[Any]:
         opened.close()
 
 
+@pytest.fixture(autouse=True)
+def pages_are_closed(browser: Any) -> Iterator[None]:
+    yield
+    for context in browser.contexts:
+        context.close()
+
+
 def opened(browser: Any, path: Path, size: dict[str, int] = DESKTOP, scheme: str = "light") -> Any:
     page = browser.new_context(viewport=size, color_scheme=scheme).new_page()
+    page.set_default_timeout(PATIENCE_MS)
     page.faults = []
     page.on("pageerror", lambda error: page.faults.append(str(error)))
     page.on("requestfailed", lambda request: page.faults.append(request.url))
@@ -138,6 +148,10 @@ def test_no_page_is_wider_than_a_phone_and_wide_tables_scroll_inside(
             wide = page.evaluate("document.documentElement.scrollWidth")
             assert wide == size["width"], path.name
             assert page.faults == [], path.name
+            if folder := os.environ.get("PICTURES"):
+                name = f"site_{path.stem}_{size['width']}.png"
+                page.screenshot(path=Path(folder) / name, full_page=True)
+            page.context.close()
     page = opened(browser, site / "solvers.html", PHONE)
     box = "document.querySelector('#precision .box')"
     assert page.evaluate(f"{box}.scrollWidth > {box}.clientWidth")
@@ -169,6 +183,7 @@ def test_marks_of_a_figure_say_what_they_are(site: Path, browser: Any) -> None:
 
 def test_without_javascript_all_is_there(site: Path, browser: Any) -> None:
     page = browser.new_context(java_script_enabled=False).new_page()
+    page.set_default_timeout(PATIENCE_MS)
     page.goto((site / "solvers.html").as_uri())
     assert page.locator("table[data-name=time] tbody tr").count() > 10
     assert page.locator(".chart").nth(1).is_visible()

@@ -42,7 +42,7 @@ def served(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
         try:
             yield process, printed(process, r"(http://\S+) shows it")
             process.send_signal(signal.SIGINT)
-            assert process.wait(60) == 0
+            assert process.wait(PATIENCE_S) == 0
         finally:
             process.kill()
 
@@ -62,6 +62,17 @@ def drawn(picture: Image.Image) -> np.ndarray:
     """Pixels of the 3D part that are neither background nor floor, as a mask."""
     pixels = np.asarray(picture)[:, :PANEL_X].astype(int)
     return (pixels.min(axis=2) < 150) | (np.ptp(pixels, axis=2) > 40)
+
+
+def arrow(picture: Image.Image) -> tuple[np.ndarray, np.ndarray]:
+    """The red arrow of the target: where it begins and near its tip [pixels, right and down]."""
+    pixels = np.asarray(picture)[:, :PANEL_X].astype(int)
+    red = (pixels[..., 0] > 200) & (pixels[..., 1] < 90) & (pixels[..., 2] < 140)
+    places = np.argwhere(red)[:, ::-1]
+    assert len(places) > 20
+    middle = places.mean(axis=0)
+    farthest = places[np.linalg.norm(places - middle, axis=1).argmax()]
+    return middle, middle + 0.95 * (farthest - middle)
 
 
 def settled(browser: Browser) -> Image.Image:
@@ -98,6 +109,15 @@ def test_solvers_answer_in_the_browser() -> None:
         assert float(found[1]) < 0.1
         moved = settled(browser)
         assert (drawn(moved) != drawn(home)).sum() > 1000
+        begin, tip = arrow(moved)
+        pull = 60.0 * (begin - tip) / np.linalg.norm(begin - tip)  # inwards: it stays in reach
+        browser.drag((tip[0], tip[1]), (tip[0] + pull[0], tip[1] + pull[1]))
+        dragged = settled(browser)
+        assert (drawn(dragged) != drawn(moved)).sum() > 300
+        again = COLUMNS.search(browser.text())
+        assert again is not None
+        assert again.groups() != found.groups()
+        assert float(again[1]) < 0.1
         browser.click("Play the null space")
         browser.wait_for("same pose, joints move by up to")
         if folder := os.environ.get("PICTURES"):

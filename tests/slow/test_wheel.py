@@ -73,6 +73,13 @@ def test_weights_that_come_with_it_are_loaded(installed: Path, tmp_path: Path) -
     assert str(installed) in done.stdout
 
 
+def test_a_whole_run_says_what_it_would_take(installed: Path, tmp_path: Path) -> None:
+    done = run(installed, tmp_path, "-m", "pipeline", "all", "profile=smoke", "plan=true")
+    assert done.returncode == 0, done.stderr
+    assert " tasks to run, " in done.stdout
+    assert not [*tmp_path.iterdir()]
+
+
 def test_what_belongs_to_a_checkout_says_so(installed: Path, tmp_path: Path) -> None:
     for command in (("dvc",), ("code",), ("readme",), ("robot", "add", "a.urdf", "--base", "b")):
         done = run(installed, tmp_path, "-m", "pipeline", *command)

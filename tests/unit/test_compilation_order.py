@@ -109,3 +109,24 @@ def test_no_function_takes_an_option_from_a_caller(option: str) -> None:
         if option not in called.targetoptions
     ]
     assert not inherited, f"state {option} on the callee, as robots/frames.py does"
+
+
+ASKING = {"empty", "zeros", "ones", "full", "empty_like", "zeros_like", "array", "copy"}
+
+
+def _without_memory(function: CPUDispatcher, way: tuple[str, ...]) -> list[str]:
+    """Ways on which a function that may not ask for memory, or what it calls, does."""
+    way = (*way, function.py_func.__name__)
+    asks = ASKING & {*function.py_func.__code__.co_names}
+    found = [f"{' -> '.join(way)}: {', '.join(sorted(asks))}"] if asks else []
+    for called in _called(function):
+        if called.targetoptions.get("_nrt") is None:
+            found += _without_memory(called, way)
+    return found
+
+
+def test_what_asks_for_memory_says_so_where_a_caller_may_not() -> None:
+    """`_nrt=False` is inherited, too, and then compiling fails, if the caller comes first."""
+    bare = [f for f in _compiled().values() if f.targetoptions.get("_nrt") is False]
+    assert len(bare) > 10
+    assert not [way for function in bare for way in _without_memory(function, ())]

@@ -187,3 +187,52 @@ def test_analytical_proposals_are_checked(panda):
         np.testing.assert_array_equal(solver.solve_one(pose[0], first)[0], first)
         assert not np.array_equal(first, second)
     assert solver.solve_one(edge[0])[1] is False
+
+
+SIX = """<robot name="six"><link name="l0"/>{joints}</robot>"""
+JOINT = """<link name="l{k}"/><joint name="j{k}" type="revolute"><parent link="l{before}"/>
+<child link="l{k}"/><origin xyz="{xyz}" rpy="0 0 0"/><axis xyz="{axis}"/>
+<limit lower="{low}" upper="{high}" velocity="2" effort="9"/></joint>"""
+
+
+def six_joints(folder, low=-3.1, high=3.1):
+    """A shoulder, three parallel axes and a wrist, as a UR has them."""
+    places = ("0 0 .1", "0 .1 0", "0 0 .4", "0 0 .4", "0 .1 0", "0 0 .1")
+    axes = ("0 0 1", "0 1 0", "0 1 0", "0 1 0", "0 0 1", "0 1 0")
+    joints = "".join(
+        JOINT.format(k=k + 1, before=k, xyz=xyz, axis=axis, low=low, high=high)
+        for k, (xyz, axis) in enumerate(zip(places, axes, strict=True))
+    )
+    path = folder / "six.urdf"
+    path.write_text(SIX.format(joints=joints), encoding="utf-8")
+    return load_robot(urdf=path)
+
+
+def test_eaik_has_all_solutions_of_a_six_joint_arm(tmp_path):
+    pytest.importorskip("eaik")
+    robot = six_joints(tmp_path)
+    poses = robot.forward_kinematics(robot.sample(50, seed=1, collision_free=False))
+    solver = baselines.load("eaik", robot)
+    solution = solver.solve(poses)
+    assert solution.found.all()
+    assert success(robot, solution.joints, poses) == 1.0
+    found = solver.solve_all(poses[0], 8, apart=0.05)
+    known = baselines.load("lm", robot).solve_all(poses[0], 20, apart=0.05)
+    assert len(found) >= len(known) >= 2  # `lm` searches, and may miss one
+    far = poses[:5] + np.array([2.0, 0, 0, 0, 0, 0, 0])
+    assert not solver.solve(far).found.any()
+
+
+def test_eaik_takes_whole_turns_towards_the_guess(tmp_path):
+    pytest.importorskip("eaik")
+    robot = six_joints(tmp_path, low=-6.2, high=6.2)
+    joints = np.array([[4.0, -4.5, 1.0, 5.0, 1.2, -5.5]])
+    solution = baselines.load("eaik", robot).solve(robot.forward_kinematics(joints), joints + 0.01)
+    assert solution.found[0]
+    assert np.allclose(solution.joints, joints, atol=1e-6)
+
+
+def test_eaik_skips_what_it_cannot_take_apart(panda):
+    pytest.importorskip("eaik")
+    assert "6 revolute joints" in baselines.skip("eaik", panda)
+    assert "knows no decomposition of nico" in baselines.skip("eaik", load_robot("nico"))

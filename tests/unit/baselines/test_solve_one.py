@@ -118,7 +118,7 @@ def test_what_the_batch_draws_in_or_refuses_is_treated_so(solver: Solver) -> Non
 
 
 def test_its_own_budget_holds_and_may_be_replaced() -> None:
-    solver = load_solver("lm", load_robot("panda"), iterations=1)
+    solver = load_solver("lm", load_robot("panda"), iterations=1, nearest_starts=0)
     poses = drawn(solver.robot, 50)
     assert not any(solver.solve_one(pose)[1] for pose in poses)
     assert solver.solve(poses[:1]).reason == ("out of iterations",)

@@ -14,10 +14,12 @@ from pathlib import Path
 
 import pytest
 
+from pipeline import progress
 from pipeline.engine import scheduler as module
 from pipeline.engine.cores import own_cores, usable_cores
 from pipeline.engine.scheduler import Command, Scheduler, duration
 from pipeline.errors import PipelineError
+from pipeline.progress import log_file, set_up_logging
 
 DEADLINE_S = 60.0
 FINE = "print('fine')"
@@ -192,16 +194,46 @@ def test_it_says_what_it_will_do_what_is_left_and_what_it_took(
         ["out", "1", "0", "1", "2 min"],
         ["tune", "1", "1", "0", "-"],
     ]
-    with caplog.at_level(logging.INFO):
+    with caplog.at_level(logging.DEBUG):
         scheduler.run(stale)
         scheduler.report()
-    said = caplog.messages
-    assert re.fullmatch(r"1 of 4: data@a done in \d+ s; about 6 min left", said[0])
-    assert re.fullmatch(r"2 of 4: plan@a done in \d+ s; about 4 min left", said[1])
-    assert re.fullmatch(r"3 of 4: plan@b failed in \d+ s", said[2])
+    said = [each.message for each in caplog.records if each.name == "root"]
+    assert re.fullmatch(r"data@a done in \d+ s", said[0])
+    assert re.fullmatch(r"plan@a done in \d+ s", said[1])
+    assert said[2].startswith("plan@b failed (error: the last line says why), see ")
     assert re.fullmatch(r"plan +1 +\d+ s, +\d+ of a core", said[4])
-    assert said[-2].startswith("error: plan@b failed (error: the last line says why), see ")
+    assert said[-2] == f"error: {said[2]}"
     assert said[-1] == "error: out was not run: it needs plan@b, which failed"
+
+
+def test_a_terminal_sees_one_bar_and_a_file_each_task(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    set_up_logging()
+    tasks = Listed(tmp_path, {"a": "import time; time.sleep(0.4)", "b": FINE}, b="a")
+    monkeypatch.setattr(module, "REDRAW_S", 0.0)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    with log_file(tmp_path / "all.log"):
+        run(tasks)
+    assert not [line for line in capsys.readouterr().err.split("\r") if "done in" in line]
+    lines = (tmp_path / "all.log").read_text().splitlines()
+    assert [re.sub(r"^[-\d]+ [:\d]+ |\d+ s$", "", line) for line in lines] == [
+        f"logs: {tmp_path}",
+        "a done in ",
+        "b done in ",
+    ]
+
+
+def test_elsewhere_a_line_comes_for_each_tenth(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(progress, "LOGGER", logging.getLogger())
+    bar = progress.WholeBar()
+    with caplog.at_level(logging.INFO):
+        for share in (0.0, 0.05, 0.11, 0.12, 0.35, 0.2, 1.0):
+            bar.show(share, f"at {share}")
+    bar.close()
+    assert caplog.messages == [" 10 %  at 0.11", " 30 %  at 0.35", "100 %  at 1.0"]
 
 
 def test_times_are_read_easily() -> None:

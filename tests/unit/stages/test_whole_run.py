@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from pipeline.commands.paper import plan_text
 from pipeline.commands.run import split_lists, step_overrides
+from pipeline.commands.whole import plan_text
 from pipeline.config import compose
 from pipeline.data.files import read_json, write_json
 from pipeline.engine.scheduler import Scheduler

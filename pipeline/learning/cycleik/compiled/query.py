@@ -39,6 +39,7 @@ def refined_query(  # type: ignore[no-untyped-def]
     chain,
     experts,
     library,
+    bound,
 ):
     """Solve one pose from an initial guess, if there is one, and then from the best hypotheses.
 
@@ -58,6 +59,7 @@ def refined_query(  # type: ignore[no-untyped-def]
         chain: The robot's `Chain`.
         experts: `CompiledExperts`.
         library: `SeedLibrary`.
+        bound: `PoseBound`.
 
     Returns:
         Status, iterations, starts and time [ns], or (`REFUSED`, 0, 0, 0).
@@ -87,7 +89,7 @@ def refined_query(  # type: ignore[no-untyped-def]
                 copy_row(home, seeds[0])
         chosen = options if asked else once
         status, iterations, starts, spent = refine_query(
-            chain, targets[0], seeds[:used], library, chosen, answer, timed
+            chain, targets[0], seeds[:used], library, chosen, answer, timed, bound
         )
         if asked or status == FOUND:
             break

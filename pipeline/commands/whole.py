@@ -1,37 +1,59 @@
-"""`paper`: all of the paper, unattended and resumable, two tasks that hold one core each."""
+"""`all` and `paper`: every step of the graph, unattended and resumable, several tasks at a time."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipeline.commands.arguments import command_parser, count
 from pipeline.commands.run import chosen_profile, split_lists, step_overrides
 from pipeline.config import bench_lists, compose
-from pipeline.engine.scheduler import Scheduler
+from pipeline.engine.scheduler import LOGS, Scheduler
 from pipeline.errors import PipelineError
-from pipeline.stages.forecast import RATES, rates
+from pipeline.locations import RATES_FILE
+from pipeline.progress import log_file
+from pipeline.stages.forecast import rates
 from pipeline.stages.graph import NETWORKS
 from pipeline.stages.whole_run import REPORT, Unit, UnitTasks, left_out, units, write_left_out
 
-DESCRIPTION = """\
-paper [hours=24] [processes=2] [robots=[nico]] [key=value ...]
+WHAT_IT_DOES = """
+`processes` tasks at a time, each on cores of its own, and makes the report. First it prints what
+each step is expected to take, by the rates in results/rates.csv, then it shows one bar; what tasks
+say goes to the logs below the results folder. A task that would take more than `hours` of one core
+is left out and stands in the table of what was not run. Killed and called again it goes on; what
+an edit has made stale is made again. plan=true prints the steps and runs nothing.
+"""
+ALL = f"""\
+all [robots=[panda,nico]] [profile=smoke] [processes=2] [hours=24] [plan=true] [key=value ...]
 
-Runs every step of the graph with profile=paper (unless another is named), `processes` tasks at a
-time, each on a core of its own, and makes the report. First it prints what each step is expected to
-take, by the rates in results/rates.csv. A task that would take more than `hours` of one core is
-left out and stands in the table of what was not run. Killed and called again it goes on; what an
-edit has made stale is made again. plan=true prints the steps and runs nothing.
+Runs what `make reproduce` runs, without DVC: every step of the graph for each robot,
+{WHAT_IT_DOES.strip()} robots, numerical and the other lists are those of conf/bench.yaml if left
+out, or of the profile's own file beside it.
+"""
+PAPER = f"""\
+paper [hours=24] [processes=2] [robots=[nico]] [plan=true] [key=value ...]
+
+Runs every step of the graph with profile=paper (unless another is named),
+{WHAT_IT_DOES.strip()}
 """
 OWN = {"hours": "24", "processes": "", "plan": "false"}
 
 
+def everything(arguments: list[str]) -> int:
+    """Run what is not done at any scale; status 1 if a task failed."""
+    return _whole("all", ALL, arguments)
+
+
 def paper(arguments: list[str]) -> int:
-    """Run what is not done; status 1 if a task failed."""
-    given = command_parser("paper", DESCRIPTION).takes_overrides().parse(arguments).overrides
-    own, typed = _own(given)
+    """Run what is not done at the paper's scale; status 1 if a task failed."""
+    return _whole("paper", PAPER, arguments, ["profile=paper"])
+
+
+def _whole(name: str, description: str, arguments: list[str], scale: Sequence[str] = ()) -> int:
+    given = command_parser(name, description).takes_overrides().parse(arguments).overrides
+    own, typed = _own(name, given)
     if not any(item.startswith("profile=") for item in typed):
-        typed = ["profile=paper", *typed]
+        typed = [*scale, *typed]
     most = _number("hours", own["hours"])  # what cannot be is refused before anything is composed
     bench = bench_lists(chosen_profile(typed))
     processes = count("processes", own["processes"] or str(bench["processes"]))
@@ -49,15 +71,16 @@ def paper(arguments: list[str]) -> int:
     if own["plan"] == "true":
         return 0
     write_left_out(folder, every, reasons)
-    scheduler.run(stale)
-    scheduler.run([REPORT])  # of what there is, whether or not all of that succeeded
+    with log_file(folder / LOGS / f"{name}.log"):
+        scheduler.run(stale)
+        scheduler.run([REPORT])  # of what there is, whether or not all of that succeeded
+        scheduler.report()
     print(folder / "report.html")
-    scheduler.report()
     return int(bool(scheduler.failed))
 
 
 def plan_text(
-    every: Sequence[Unit], stale: set[str], reasons: dict[str, str], scheduler: Scheduler
+    every: Sequence[Unit], stale: set[str], reasons: Mapping[str, str], scheduler: Scheduler
 ) -> str:
     """Return what will be done and where its rates were measured.
 
@@ -70,10 +93,10 @@ def plan_text(
     plan = scheduler.plan([unit.name for unit in every], {*stale, REPORT}, reasons)
     machines = ", ".join(dict.fromkeys(rates().machine))
     lines = [plan, *(f"left out: {name} {why}" for name, why in reasons.items())]
-    return "\n".join([*lines, f"rates of results/{RATES}: {machines}"])
+    return "\n".join([*lines, f"rates of results/{RATES_FILE}: {machines}"])
 
 
-def _own(given: Sequence[str]) -> tuple[dict[str, str], list[str]]:
+def _own(name: str, given: Sequence[str]) -> tuple[dict[str, str], list[str]]:
     """Split the command's own keys from overrides."""
     own, rest = dict(OWN), []
     for item in given:
@@ -81,7 +104,7 @@ def _own(given: Sequence[str]) -> tuple[dict[str, str], list[str]]:
         if key in own:
             own[key] = value
         elif key == "robot":
-            raise PipelineError(f"paper takes robots=[...], got {item}")
+            raise PipelineError(f"{name} takes robots=[...], got {item}")
         else:
             rest.append(item)
     return own, rest
