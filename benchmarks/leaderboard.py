@@ -57,6 +57,12 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, help=f"of the boards; results/{FOLDER} if none")
     parser.add_argument("--plan", action="store_true", help="print what it will take, no more")
     options, overrides = parser.parse_known_args()
+    # What stands behind a list of names belongs to it as far as argparse knows.
+    overrides += [word for word in (*options.robots, *options.solvers) if "=" in word]
+    options.robots = [name for name in options.robots if "=" not in name]
+    options.solvers = [name for name in options.solvers if "=" not in name]
+    if unknown := {*options.robots} - {*ROBOTS} | {*options.solvers} - {*baselines.names()}:
+        parser.error(f"no robot or solver of the leaderboard: {', '.join(sorted(unknown))}")
     config = compose(overrides)
     per_robot = expected_minutes(config, options.solvers)
     minutes = per_robot * len(options.robots)
