@@ -23,6 +23,9 @@ POLL_S = 0.2
 REDRAW_S = 1.0
 DEATH_OF_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+IN_ORDER = {
+    "PYTHONUNBUFFERED": "1"
+}  # else what is printed stands in the log behind what went wrong
 LIBC = ctypes.CDLL(None)  # here, since a new process had better load nothing before its command
 
 
@@ -218,7 +221,7 @@ class Scheduler:
             process = subprocess.Popen(
                 command.words,
                 cwd=command.folder,
-                env={**command.environment, **threads, **held},
+                env={**command.environment, **threads, **held, **IN_ORDER},
                 stdout=stream,
                 stderr=subprocess.STDOUT,
                 preexec_fn=_on_cores(numbers),

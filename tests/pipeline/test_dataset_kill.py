@@ -18,7 +18,7 @@ from pipeline.data.tables import read_table
 from pipeline.stages.running import run_stage
 from robots import load_robot
 
-FILES = ("train.parquet", "validation.parquet", "test.parquet", "card.json")
+FILES = ("train.parquet", "validation.parquet", "test.parquet", "card.json", "croissant.json")
 COMMON = ["robot=nico", "profile=smoke", "dataset.workers=1"]
 OLD = {"train": 300, "validation": 30, "test": 30}
 NEW = {"train": 60_000, "validation": 20_000, "test": 20_000}  # large enough to be caught

@@ -13,14 +13,14 @@ import pytest
 import yaml
 
 from pipeline.closure import source_tree
-from pipeline.commands import run
+from pipeline.commands import whole
 from pipeline.commands.dvc import set_profile
 from pipeline.config import bench_lists, compose, group_choices
 from pipeline.errors import ConfigError
 from pipeline.stages import parameters
 from pipeline.stages.code_files import code_files
 from pipeline.stages.dvc_file import dvc_yaml
-from pipeline.stages.graph import STAGES, STEPS, Step
+from pipeline.stages.graph import STAGES, STEPS, Step, runs
 from robots.locations import FOLDER
 
 Run = tuple[str, ...]  # a stage and its overrides in alphabetical order
@@ -48,18 +48,26 @@ def run_by_dvc(text: str = "") -> list[Run]:
     return found
 
 
+class ListedError(Exception):
+    """All that would be run is known."""
+
+
 @pytest.fixture
 def run_by_all(monkeypatch: pytest.MonkeyPatch) -> list[Run]:
-    """What `all` ran: stages with the overrides that their configuration would be composed of."""
+    """What `all` would run: stages with the overrides of their commands."""
     ran: list[Run] = []
 
-    def stage(name: str, overrides: list[str]) -> list[Path]:
-        ran.append((name, *sorted(overrides)))
-        return []
+    def listed(lists: Any, overrides: Any, compose: Any) -> None:
+        ran.extend((step.stage, *sorted(overrides(step, axes))) for step, axes in runs(lists))
+        raise ListedError
 
-    monkeypatch.setattr(run, "compose", lambda overrides: overrides)
-    monkeypatch.setattr(run, "run_stage", stage)
+    monkeypatch.setattr(whole, "units", listed)
     return ran
+
+
+def run_all(*words: str) -> None:
+    with pytest.raises(ListedError):
+        whole.everything([*words])
 
 
 def test_the_committed_file_is_the_generated_one() -> None:
@@ -68,7 +76,7 @@ def test_the_committed_file_is_the_generated_one() -> None:
 
 
 def test_all_runs_what_dvc_runs(run_by_all: list[Run]) -> None:
-    assert run.everything([f"profile={bench_lists()['profile']}"]) == 0
+    run_all(f"profile={bench_lists()['profile']}")
     assert sorted(run_by_all) == sorted(run_by_dvc())
     assert len(run_by_all) == len({*run_by_all})
     assert run_by_all[-1][0] == "report"
@@ -77,7 +85,7 @@ def test_all_runs_what_dvc_runs(run_by_all: list[Run]) -> None:
 
 
 def test_fewer_robots_and_solvers(run_by_all: list[Run]) -> None:
-    run.everything(["profile=smoke", "robots=[panda]", "evaluate.solvers=[lm,pink]"])
+    run_all("profile=smoke", "robots=[panda]", "evaluate.solvers=[lm,pink]")
     evaluated = [overrides for name, *overrides in run_by_all if name == "evaluate"]
     assert sorted(evaluated) == [
         ["evaluate.seeded_by=cycleik", "evaluate.solvers=[lm]", "profile=smoke", "robot=panda"],
@@ -90,21 +98,21 @@ def test_fewer_robots_and_solvers(run_by_all: list[Run]) -> None:
 def test_what_is_typed_replaces_a_choice_but_not_a_network_of_its_own(
     run_by_all: list[Run],
 ) -> None:
-    run.everything(["robots=[nico]", "agent=endpoint"])
+    run_all("robots=[nico]", "agent=endpoint")
     grasps = [overrides for name, *overrides in run_by_all if name == "grasp"]
     assert grasps == [
         ["agent=none", "perception=perfect", "robot=nico"],
         ["agent=endpoint", "perception=camera", "robot=nico"],
     ], "the plain series stays plain"
     run_by_all.clear()
-    run.everything(["robots=[panda]", "model=tiny"])
+    run_all("robots=[panda]", "model=tiny")
     trained = [overrides for name, *overrides in run_by_all if name == "train"]
     shipped = "train.from=shipped"
     assert trained == [["model=tiny", "robot=panda", shipped], ["model=flow", "robot=panda"]]
 
 
 def test_all_trains_what_the_project_has_where_that_is_typed(run_by_all: list[Run]) -> None:
-    run.everything(["robots=[nico]", "train.from=default", "detector.from=default"])
+    run_all("robots=[nico]", "train.from=default", "detector.from=default")
     assert ("train", "detector.from=default", "robot=nico", "train.from=default") in run_by_all
     assert not [overrides for _, *overrides in run_by_all if "train.from=shipped" in overrides]
 
@@ -152,7 +160,7 @@ def test_the_paper_by_dvc_is_the_paper(
     assert {"conf/profile/${profile}.yaml": ["plan", "defaults"]} in made["stages"]["plan"][
         "params"
     ], "the profile chooses the motion"
-    run.everything(["profile=paper"])
+    run_all("profile=paper")
     assert sorted(run_by_all) == sorted(run_by_dvc(text))
     evaluated = {
         item for name, *items in run_by_all for item in items if item.startswith("evaluate.solvers")
@@ -164,7 +172,7 @@ def test_the_paper_by_dvc_is_the_paper(
 
 def test_a_robot_that_is_none(run_by_all: list[Run]) -> None:
     with pytest.raises(ConfigError, match="did you mean 'panda'"):
-        run.everything(["robots=[pandaa]"])
+        whole.everything(["robots=[pandaa]"])
     assert run_by_all == []
 
 
