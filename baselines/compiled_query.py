@@ -218,13 +218,12 @@ class CompiledQuerySolver(Solver):
 
 
 def _solution(answers: Array, outcomes: Sequence[tuple[int, int, int, int]]) -> Solution:
-    status, iterations, _, ns = zip(*outcomes, strict=True)
     return Solution(
         answers,
-        np.array([each == 0 for each in status]),
-        np.array([each * 1e-9 for each in ns]),
-        np.array(iterations),
-        tuple(REASONS[each] for each in status),
+        np.array([outcome[0] == 0 for outcome in outcomes]),
+        np.array([outcome[3] * 1e-9 for outcome in outcomes]),
+        np.array([outcome[1] for outcome in outcomes]),
+        tuple([REASONS[outcome[0]] for outcome in outcomes]),
     )
 
 
