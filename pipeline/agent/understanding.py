@@ -233,7 +233,10 @@ class Reader(Transformer[Token, Any]):
     def plain(self, parts: list[Token]) -> list[Intent]:
         """Return a look at a place, an expression, or words to say."""
         kinds = {"PLACE": "look", "FACE": "face", "SAID": "speak"}
-        return [Intent(kinds[e.type], self._meaning(e)) for e in parts if e.type in kinds]
+        intents = [Intent(kinds[e.type], self._meaning(e)) for e in parts if e.type in kinds]
+        if any(i.kind == "speak" and not any(map(str.isalnum, i.target)) for i in intents):
+            raise UnclearError("What shall I say?")
+        return intents
 
     def _kind(self, parts: list[Any]) -> str:
         """The kind of a clause's verb: none without a verb, and of one that is no action."""

@@ -203,6 +203,13 @@ def test_the_longest_phrase_counts(config):
     assert acts(agent, "can you take the tomato", scene) == "grasp tomato"
 
 
+@pytest.mark.parametrize("words", ["say ,", "say .", "then say , ?"])
+def test_nothing_to_say_is_asked_for(composed, words):
+    turn = load_agent(composed, "nicol").instruct(words, [])
+    assert turn.reason == "", turn.problem
+    assert "What shall I say?" in turn.reply
+
+
 @pytest.fixture(scope="module")
 def vocabulary_words(composed) -> list[str]:
     words = [",", ".", "then", "?", "mug", "<grasp>", "not", "starting with", "say", "fruit"]
