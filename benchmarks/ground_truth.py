@@ -3,7 +3,7 @@
     python -m benchmarks.ground_truth [--robots panda ur5 iiwa] [--poses 200] [--write]
 
 A suite knows of its poses by construction that they can be reached, or by a bound or a search that
-they cannot. Closed-form solvers are asked about the same poses: `eaik` and `ssik` have all
+they cannot. Analytical solvers solve the same poses: `eaik` and `ssik` have all
 solutions of a UR5, so that their "no" is a proof; of a Panda and an iiwa, which have a joint to
 spare, `frankik` and `ssik` try many of its angles. `lm` gets iterations and no clock, so that the
 table does not depend on the machine. With --write it goes to results/studies.

@@ -40,7 +40,7 @@ ROBOTS = {
 
 
 def main() -> None:
-    """Add what is asked for."""
+    """Add the robots that are named."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("robots", nargs="*", default=list(ROBOTS), metavar="ROBOT")
     wanted = parser.parse_args().robots

@@ -52,7 +52,7 @@ MINUTES = 3.0  # of one core: about what the quick profile's recipe of the compa
 
 
 def main() -> None:
-    """Train, measure, print and, if asked, write."""
+    """Train, measure, print and, with --write, write the study."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--minutes", type=float, default=MINUTES)
     parser.add_argument("--robots", nargs="+", choices=METHODS, default=[*METHODS])

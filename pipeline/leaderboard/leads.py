@@ -6,7 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.evaluation.statistics import Interval, wilson_interval
+from pipeline.evaluation.statistics import Interval, first_two, wilson_interval
 from pipeline.leaderboard.schema import WITHIN
 from pipeline.leaderboard.standings import KEYS
 
@@ -58,14 +58,7 @@ def _first_two(board: pd.DataFrame, rates: pd.Series, confidence: float) -> dict
         for rate, trials, solver in zip(rates, board.trials, board.solver, strict=True)
     ]
     (first, best), (other, second) = sorted(shares, key=lambda each: -each[0].estimate)[:2]
-    return {
-        "best": best,
-        "best_share": first.estimate,
-        "best_low": first.low,
-        "second": second,
-        "second_share": other.estimate,
-        "second_high": other.high,
-    }
+    return first_two(best, first, second, other)
 
 
 def _limit(name: str) -> str:

@@ -17,10 +17,11 @@ from pipeline.data.dataset import PoseSet
 from pipeline.learning import checkpoint
 from pipeline.learning.allocator import keep_freed_memory
 from pipeline.learning.batches import Batches
+from pipeline.learning.card import chain_facts
 from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.config import BFLOAT16, TrainConfig
 from pipeline.learning.factory import make_objective
-from pipeline.learning.networks import IkNetwork
+from pipeline.learning.networks import IkNetwork, parameter_count
 from pipeline.learning.objective import Objective
 from pipeline.learning.precision import MatmulPrecision, matmul_precision
 from pipeline.learning.step import CapturedStep, EagerStep, TrainingError, TrainState, is_captured
@@ -143,6 +144,15 @@ class Trainer:
         """Return the tensors of the network after the last step and at the best validation."""
         last = _copied(self.network)
         return {"last": last, "best": self.best or last}
+
+    def facts(self, robot: Robot) -> dict[str, Any]:
+        """Return what a card says of the robot, the network's size and where it was trained."""
+        return {
+            **chain_facts(robot),
+            "urdf_checksum": robot.urdf_checksum,
+            "parameters": parameter_count(self.network),
+            "device": str(self.device),
+        }
 
     def tensor(self, values: NDArray[Any]) -> Tensor:
         """Return an array as a float32 tensor on the device."""

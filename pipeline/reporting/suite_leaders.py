@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipeline.evaluation.statistics import Interval
+from pipeline.evaluation.statistics import Interval, first_two
 from pipeline.presentation.columns import ROBOT, count, number, plain, share, text, under
 from pipeline.presentation.naming import solver_title
 from pipeline.presentation.table import Table
@@ -47,12 +47,7 @@ def leaders(rows: Rows, config: ReportConfig) -> Table:
                 "robot": robot,
                 "suite": suite,
                 "rate": rate,
-                "best": best,
-                "best_share": first.estimate,
-                "best_low": first.low,
-                "second": second,
-                "second_share": other.estimate,
-                "second_high": other.high,
+                **first_two(best, first, second, other),
                 "apart": "yes" if first.low > other.high else "no",
             }
         )

@@ -25,7 +25,6 @@ from pipeline.data.files import (
 from pipeline.learning.card import chain_facts, read_card
 from pipeline.learning.checkpoint import Progress, State
 from pipeline.learning.factory import build_network, make_objective
-from pipeline.learning.networks import parameter_count
 from pipeline.learning.registry import declared_modules
 from pipeline.learning.tracker import tracked
 from pipeline.learning.trainer import Trainer, TrainingRun
@@ -147,10 +146,7 @@ def _write(
         "model",
         "train",
         config=config,
-        **chain_facts(robot),
-        urdf_checksum=robot.urdf_checksum,
-        parameters=parameter_count(trainer.network),
-        device=str(trainer.device),
+        **trainer.facts(robot),
         run=digest,
         kept=kept,
         validation=metrics,

@@ -14,7 +14,6 @@ from pipeline.containers import to_dict
 from pipeline.data.dataset import PoseSet
 from pipeline.learning.card import CARD, chain_facts, read_card
 from pipeline.learning.factory import build_network
-from pipeline.learning.networks import parameter_count
 from pipeline.learning.registry import declared_modules
 from pipeline.learning.trainer import Trainer, TrainingRun
 from pipeline.learning.weights import save_weights
@@ -73,10 +72,7 @@ def trained(robot: Robot, folder: Path, zoo: ZooConfig) -> Trained:
             "model",
             "train",
             config=config,
-            **chain_facts(robot),
-            urdf_checksum=robot.urdf_checksum,
-            parameters=parameter_count(trainer.network),
-            device=str(trainer.device),
+            **trainer.facts(robot),
             run=digest,
             validation=progress.curve[-1],
             processor_s=round(progress.processor_s, 1),
