@@ -60,7 +60,7 @@ def over_robots(lines: pd.DataFrame) -> pd.DataFrame:
 def in_words(lines: pd.DataFrame) -> str:
     """Return the table below the figure, in Markdown."""
     head = [
-        "| solver | solved to 1 mm and 1 deg | mean error | median time a pose |",
+        "| solver | solved to 1 mm and 1 deg | mean error (geometric) | median time a pose |",
         "| --- | ---: | ---: | ---: |",
     ]
     rows = [
@@ -103,7 +103,7 @@ def draw(lines: pd.DataFrame, path: Path) -> None:
         axis.margins(0.12)
         robots, poses = lines.robot.nunique(), int(lines[POSES].max())
         axis.set_title(
-            f"{robots} robots (small), their means (large), {poses} poses each",
+            f"{robots} robots (small), their geometric means (large), {poses} poses each",
             color=SOFT,
             weight="normal",
         )

@@ -20,10 +20,10 @@ from pipeline.presentation.columns import (
     text,
     under,
 )
-from pipeline.presentation.naming import solver_title
 from pipeline.presentation.origin import Origin
 from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig, tolerance_title
+from pipeline.reporting.suite_leaders import FIRST_TWO
 from pipeline.site.figures import board_charts
 from pipeline.site.parts import Item, Page, Prose, Section, Sheet
 
@@ -73,10 +73,7 @@ LEADS = (
     ROBOT,
     text("apart", "apart"),
     text("within_us", "within [µs]"),
-    text("best", "best", convert=solver_title),
-    *under("its rate [%]", share("best_share", "share"), share("best_low", "from")),
-    text("second", "second", convert=solver_title),
-    *under("its rate [%]", share("second_share", "share"), share("second_high", "to")),
+    *FIRST_TWO,
 )
 LEFT = (  # of a line, in a table of its own
     MACHINE,

@@ -36,11 +36,11 @@ def row_of(arm: Arm, folder: Path, zoo: ZooConfig) -> dict[str, Any]:
     own = folder / arm.name
     with exclusive(own):
         robot = robot_of_arm(arm, folder / "robots")
-        asked = provenance.digest([asdict(zoo), chain_facts(robot)])
+        digest = provenance.digest([asdict(zoo), chain_facts(robot)])
         path = own / ROW
-        if path.exists() and (kept := dict(read_json(path)))["asked"] == asked:
+        if path.exists() and (kept := dict(read_json(path)))["digest"] == digest:
             return kept
-        row = {"asked": asked, "arm": arm.name, **_shape(robot), **_measured(robot, own, zoo)}
+        row = {"digest": digest, "arm": arm.name, **_shape(robot), **_measured(robot, own, zoo)}
         row |= {**provenance.made_by(), **provenance.signature("none"), "seed": zoo.seed}
         write_json(path, row)
         return row
