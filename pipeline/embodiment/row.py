@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.errors import GraspError
-from pipeline.grasping.config import GraspConfig, SceneConfig
+from pipeline.grasping.config import PINNED, GraspConfig, SceneConfig
 from pipeline.grasping.grip import tip_yaw
+from pipeline.grasping.placements import ROW, Setup, pinned
 from pipeline.grasping.shapes import extent
-from pipeline.grasping.trial import Setup, required_scene, rows_of
+from pipeline.grasping.trial import required_scene, rows_of
 from pipeline.seeding import derive_seed
 
 ACROSS = np.array([0.0, 1.0, 0.0])  # a row runs along y, from the robot's right to its left
@@ -18,7 +19,7 @@ def row_setup(config: GraspConfig, robot: str, number: int, seed: int) -> list[S
     """Lay out a row by its number alone.
 
     As in section IV-C of the paper, all objects of the set stand on a line over the width, and
-    lines advance over the depth. Their order and the gaps between them are drawn.
+    lines advance over the depth. Their order and the gaps between them are drawn, or all is pinned.
 
     Args:
         config: The experiment; its scene has the area and the objects.
@@ -33,6 +34,9 @@ def row_setup(config: GraspConfig, robot: str, number: int, seed: int) -> list[S
         GraspError: The objects do not fit on a row.
     """
     scene = required_scene(config, robot)
+    if config.placements == PINNED:
+        width = len(scene.objects)
+        return pinned(robot, ROW, number * width, width)
     line = number % rows_of(scene)
     depth = scene.area.x[0] + line * scene.area.row_step
     order = np.random.default_rng(derive_seed(seed, "grasp", robot, "row", number))

@@ -12,9 +12,18 @@ from pipeline.planning.config import MotionConfig, TimingConfig
 
 SHAPES = ("sphere", "capsule", "cylinder", "box")
 VIDEOS = ("none", "first", "classes", "all")
-AXES = ("solver", "position_error", "tension_scale", "friction_scale", "rate", "iterations")
+AXES = (
+    "solver",
+    "position_error",
+    "tension_scale",
+    "friction_scale",
+    "rate",
+    "iterations",
+    "noise_seed",
+)
 MOTIONS = ("approach", "lift", "transfer", "deposit", "homeward", "push")
 ONE_MOTION, TWO_MOTIONS = "one_motion", "two_motions"  # from the table into the bin
+DRAWN, PINNED = "drawn", "pinned"  # from the seed, or from a committed file
 EVIDENCE = ("failures", "all", "none")
 
 
@@ -25,12 +34,16 @@ class PhysicsConfig:
     rate: float = MISSING  # Hz
     iterations: int = MISSING
     settle_s: float = MISSING
+    placement_noise: float = MISSING  # m
+    noise_seed: int = MISSING
 
     def __post_init__(self) -> None:
         """Refuse coarse physics: what is held would then depend on the step."""
         at_least("grasp.physics.rate", self.rate, 60)
         at_least("grasp.physics.iterations", self.iterations, 10)
         at_least("grasp.physics.settle_s", self.settle_s, 0)
+        at_least("grasp.physics.placement_noise", self.placement_noise, 0)
+        at_least("grasp.physics.noise_seed", self.noise_seed, 0)
 
 
 @dataclass
@@ -307,6 +320,7 @@ class GraspConfig:
     """The grasp experiment."""
 
     trials: int = MISSING
+    placements: str = MISSING
     solver: str = MISSING
     repair: str | None = None
     carry: str = MISSING
@@ -331,6 +345,7 @@ class GraspConfig:
         positive("grasp.trials", self.trials)
         for name in ("position_error", "tension_scale", "friction_scale"):
             at_least(f"grasp.{name}", getattr(self, name), 0)
+        one_of("grasp.placements", self.placements, (DRAWN, PINNED))
         one_of("grasp.video", self.video, VIDEOS)
         one_of("grasp.carry", self.carry, (ONE_MOTION, TWO_MOTIONS))
         if isinstance(self.motions, dict) and set(self.motions) != set(MOTIONS):

@@ -17,7 +17,11 @@ from pipeline.reporting.results import Results
 from pipeline.reporting.topics.outcomes import OUTCOME_COLUMNS, Counted, outcome_bars
 
 EVIDENCE = "evidence"  # folder beside the rows: transcripts and pictures
-SETTINGS = {"perfect": "ground truth", "camera": "camera"}
+SETTINGS = {
+    "perfect": "ground truth",
+    "camera": "camera",
+    "miscalibrated": "camera with calibration error",
+}
 AGENTS = {
     "none": "no agent",
     "policy": "embedded policy",
