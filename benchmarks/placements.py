@@ -3,7 +3,7 @@
     python -m benchmarks.placements [--write]
 
 Says for each robot whether today's generator gives the committed file. `--write` makes the files
-that differ and raises their versions in `pipeline/grasping/placements/checksums.csv`. Results of
+that differ and raises their versions in `pipeline/grasping/pinned/checksums.csv`. Results of
 one version are not to be paired with those of another.
 """
 

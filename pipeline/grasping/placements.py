@@ -2,7 +2,7 @@
 
 `grasp.placements=pinned` takes the places of a file that is committed, whatever the seed and the
 generator say by then: runs that are compared trial by trial have begun alike. A file a robot,
-`placements/<robot>.csv`, with a line an object; `placements/checksums.csv` has the version and the
+`pinned/<robot>.csv`, with a line an object; `pinned/checksums.csv` has the version and the
 checksum of each. `python -m benchmarks.placements` makes them.
 """
 
@@ -24,7 +24,7 @@ from pipeline.errors import GraspError
 from pipeline.grasping.config import DRAWN
 from robots.rounding import DECIMALS, rounded
 
-FOLDER = Path(__file__).with_name("placements")
+FOLDER = Path(__file__).with_name("pinned")
 CHECKSUMS = FOLDER / "checksums.csv"
 SINGLE, ROW = "single", "row"  # one object on the table, or all of them on a line
 TRIALS = 100  # of a robot, as in the paper
