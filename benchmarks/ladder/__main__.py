@@ -21,7 +21,8 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from benchmarks.ladder.cells import AGENTS, CellRows, cells
+from benchmarks.grasp_rows import GraspRows
+from benchmarks.ladder.cells import AGENTS, cells, of_cell
 from benchmarks.ladder.owners import with_owners
 from benchmarks.ladder.tables import tables
 from benchmarks.studies import write_study
@@ -75,13 +76,13 @@ def main() -> None:
     networks: list[str] = []
     for cell in wanted:
         try:
-            made = CellRows(cell, options.trials, options.overrides)
+            made = GraspRows([*cell.overrides(options.trials), *options.overrides])
         except PipelineError as error:
             raise SystemExit(str(error)) from error
         if not options.as_is:
-            with bar(options.trials, "trial", f"{cell.robot} {cell.name}") as shown:
+            with bar(made.wanted, "trial", f"{cell.robot} {cell.name}") as shown:
                 made.run(lambda row, shown=shown: shown.update())
-        parts.append(made.rows())
+        parts.append(of_cell(cell, made.rows()))
         networks.append(made.network)
         rows = pd.concat(parts)
         if options.write and len(rows):

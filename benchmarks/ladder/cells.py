@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
 
 import pandas as pd
 
-from pipeline.config import compose
-from pipeline.data.rows import RowCheckpoint
-from pipeline.embodiment.series import AgentSeries
-from pipeline.grasping.series import KEY
 from pipeline.locations import results
-from pipeline.stages import grasp
-from pipeline.stages.grasp_units import load_runner, row_identity, run_units
-from pipeline.stages.running import with_weights
 
-PERCEPTIONS = ("miscalibrated", "camera", "perfect")  # from the world's to the oracle
-AGENTS = ("endpoint", "replay", "policy")  # likewise
-SOLVERS = ("cycleik", "cycleik_refined")  # likewise
+# Choices of each part; the last one is its oracle.
+PERCEPTIONS = ("miscalibrated", "camera", "perfect")
+AGENTS = ("endpoint", "replay", "policy")
+SOLVERS = ("cycleik", "cycleik_refined")
 FOLDER = results() / "ladder"
 
 
@@ -70,46 +63,6 @@ def cells(robots: Sequence[str], agents: Sequence[str]) -> list[Cell]:
     return [Cell(robot, *parts) for parts in ladder for robot in robots]
 
 
-class CellRows:
-    """Rows of a cell, kept as they are made.
-
-    Attributes:
-        cell: The cell.
-        network: Name of the networks that solve, for people.
-    """
-
-    def __init__(self, cell: Cell, trials: int, overrides: Sequence[str] = ()) -> None:
-        """Load what the cell needs.
-
-        Args:
-            cell: The cell.
-            trials: How many.
-            overrides: Further keys, such as of the engine and of an endpoint.
-
-        Raises:
-            PipelineError: The robot has no scene, no camera or no pinned placements.
-        """
-        config = compose([*cell.overrides(trials), *overrides])
-        grasp.check(config)
-        self.cell = cell
-        self._config = with_weights(config, [cell.solver])
-        runner = load_runner(self._config)
-        assert isinstance(runner, AgentSeries)
-        self._runner = runner
-        identity = row_identity(self._config, runner)
-        self.network = identity.network
-        self._kept = RowCheckpoint(identity.path, KEY)
-
-    def run(self, progress: Callable[[dict[str, Any]], object]) -> None:
-        """Run the trials that are not kept yet."""
-        run_units(self._config, self._runner, self._kept)
-        self._runner.run(self._kept, progress)
-
-    def rows(self) -> pd.DataFrame:
-        """Return the raw rows that are kept, by their numbers; fewer than wanted if it was cut."""
-        numbers = range(self._config.grasp.trials)
-        kept = [row for number in numbers if (row := self._kept.get(number)) is not None]
-        cell = self.cell
-        return pd.DataFrame(kept).assign(
-            perception=cell.perception, agent=cell.agent, solver=cell.solver
-        )
+def of_cell(cell: Cell, rows: pd.DataFrame) -> pd.DataFrame:
+    """Return raw rows under the names of their cell: a replay's say whom it replays."""
+    return rows.assign(perception=cell.perception, agent=cell.agent, solver=cell.solver)
