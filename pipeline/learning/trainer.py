@@ -108,11 +108,18 @@ class Trainer:
             CapturedStep(state, train.batch_size) if captured else EagerStep(state)
         )
 
-    def fit(self, train: PoseSet, validation: PoseSet) -> Progress:
+    def fit(self, train: PoseSet, validation: PoseSet, budget_s: float | None = None) -> Progress:
         """Train on one set, validate on the poses of another, and return the curve.
 
         A run that was killed goes on from its checkpoint and ends with the same bits as one that
         was not.
+
+        Args:
+            train: Poses to train on.
+            validation: Poses to validate on.
+            budget_s: Seconds by the clock after which the run ends, whatever else needs the
+                machine; its schedule follows the clock, so how many steps it makes is known in
+                the end and no two runs are alike. None ends after `TrainConfig.epochs`.
 
         Raises:
             TrainingError: The batch is larger than the set.
@@ -133,7 +140,7 @@ class Trainer:
         self._clock = time.process_time() - progress.processor_s
         try:
             with bar(total * size, "pose", self.run.label, progress.step * size) as shown:
-                self._loop(data, held_out, batches, progress, total, shown)
+                self._loop(data, held_out, batches, progress, Length(total, budget_s), shown)
         except KeyboardInterrupt:
             self._save(progress)
             raise
@@ -169,17 +176,17 @@ class Trainer:
         held_out: Tensor,
         batches: Batches,
         progress: Progress,
-        total: int,
+        length: Length,
         shown: tqdm,
     ) -> None:
-        count = self.train.validations
-        marks = {max(1, round(total * (index + 1) / count)) for index in range(count)}
         saved = time.monotonic()
-        while progress.step < total:
+        while (total := length.steps(progress.step)) > progress.step:
             chosen = batches.indices(progress.step)
             self.step(data[0][chosen], data[1][chosen], progress, total)
             shown.update(self.train.batch_size)
-            if progress.step in marks:
+            # Validations at equal distances, the last one after the last step.
+            due = total * (len(progress.curve) + 1) / self.train.validations
+            if progress.step >= max(1, round(due)):
                 self._validate(held_out, progress, total)
                 row = progress.curve[-1]
                 shown.set_postfix_str(
@@ -244,6 +251,26 @@ class Trainer:
             checkpoint.save(
                 path, self.run.digest, progress, self.network, self.optimizer, self.best
             )
+
+
+class Length:
+    """How many steps a run has: a number, or what fits into a time.
+
+    Args:
+        steps: Of the run; the guess of its first step where there is a budget.
+        budget_s: Seconds by the clock from now on; None keeps to the steps.
+    """
+
+    def __init__(self, steps: int, budget_s: float | None) -> None:
+        self._steps, self._budget_s = steps, budget_s
+        self._began = time.perf_counter()
+
+    def steps(self, done: int) -> int:
+        """Return the steps of the whole run, as far as is known after those that are done."""
+        if self._budget_s is None or done == 0:
+            return self._steps
+        share = (time.perf_counter() - self._began) / self._budget_s
+        return done if share >= 1 else max(done + 1, round(done / share))
 
 
 def error_score(row: dict[str, float]) -> float:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pipeline.reporting.data import Topic
 from pipeline.reporting.topics import (
     agent,
+    calibration,
     detector,
     experiments,
     grasps,
@@ -52,7 +53,7 @@ CHAPTERS = (
         "paper",
         "Against the paper",
         "The paper's tables with this run beside them, in the paper's own metric.",
-        (paper.TOPIC, learned.TOPIC, left_out.TOPIC),
+        (paper.TOPIC, calibration.TOPIC, learned.TOPIC, left_out.TOPIC),
     ),
     Chapter(
         "solvers",

@@ -183,18 +183,22 @@ def _train(
     network = build_network(robot, candidate.model)
     cost = PASSES * multiply_adds(network)
     comparison = config.tune.comparison
+    budget_s, poses = None, sets[0]
     if comparison.currency == "seconds":
-        rate = rate or _poses_per_second(robot, candidate, sets[0])
-        budget = comparison.amount * rate
+        # The clock ends the training; how many poses that will be is only a guess.
+        budget_s = comparison.amount
+        rate = rate or _poses_per_second(robot, candidate, poses)
+        train = spend(candidate.train, budget_s * rate, len(poses.poses))
     else:
         rate = float("nan")
         budget = comparison.amount / (cost if comparison.currency == "multiply_adds" else 1)
-    train = spend(candidate.train, budget, len(sets[0].poses))
+        train = spend(candidate.train, budget, len(poses.poses))
+        poses = poses.first(train.poses)
     label = f"{candidate.name}, seed {replicate + 1} of {comparison.replicates}"
     LOGGER.info("%s: %d poses in %d passes", label, train.poses * train.epochs, train.epochs)
     trainer = Trainer(robot, network, train, TrainingRun(seed, "", label))
     began = time.perf_counter()
-    progress = trainer.fit(sets[0].first(train.poses), sets[1])
+    progress = trainer.fit(poses, sets[1], budget_s)
     seconds = time.perf_counter() - began
     position, rotation = trainer.objective.errors(trainer.tensor(sets[1].poses))
     return {

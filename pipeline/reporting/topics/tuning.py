@@ -19,7 +19,7 @@ CONFIDENCE = 0.95
 RIVAL = "table_one"
 TITLES = {"best": "best of the search", "default": "default", RIVAL: "Table I"}
 CURRENCIES = {
-    "seconds": "{:g} s of training on this machine each",
+    "seconds": "{:g} s by the clock of this machine each",
     "multiply_adds": "{:.3g} multiply-adds of training each",
     "poses": "{:,.0f} training poses seen each",
 }
