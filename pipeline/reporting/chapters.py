@@ -39,6 +39,7 @@ class Chapter:
         lead: One sentence below it.
         topics: What it is about, in order.
         media: Stages whose pictures and videos belong there.
+        wall: Whether every grasp trial is shown there as a thumbnail.
     """
 
     anchor: str
@@ -46,6 +47,7 @@ class Chapter:
     lead: str
     topics: tuple[Topic, ...]
     media: tuple[str, ...] = ()
+    wall: bool = False
 
 
 CHAPTERS = (
@@ -107,6 +109,7 @@ CHAPTERS = (
         "The robot perceives its table, receives an instruction and acts, on camera images.",
         (agent.TOPIC, detector.TOPIC),
         ("grasp_agent", "detector"),
+        wall=True,
     ),
 )
 TOPICS = tuple(topic for chapter in CHAPTERS for topic in chapter.topics)
