@@ -1,16 +1,16 @@
 """Who is to blame for lost grasps: every part of the chain replaced by an oracle, in all ways.
 
     python -m benchmarks.ladder [--trials 100] [--robots nico nicol] [--agents policy]
-                                [--cells camera/policy/cycleik ...] [--as-is] [--write]
-                                [key=value ...]
+                                [--replay] [--cells camera/policy/cycleik ...] [--as-is]
+                                [--write] [key=value ...]
 
 Perception {with calibration error, camera, true places} x agent {policy} x solver {CycleIK, refined
 CycleIK} on the pinned initial states of each robot. Rows are kept as they are made, below
 results/ladder: the command may be killed and given again, with more trials too. `--write` renews
 results/studies/ladder.{csv,md} after every cell, `--as-is` with what is kept, without a trial.
 
-A language model joins in with `--agents endpoint policy` and the keys of `agent.endpoint`; what it
-answers is kept, and `--agents replay policy` repeats its trials without it.
+A language model joins in with `--agents local policy`, or `endpoint` and the keys of
+`agent.endpoint`. What it answers is kept, and `--replay` repeats its trials without it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from benchmarks.grasp_rows import GraspRows
-from benchmarks.ladder.cells import AGENTS, cells, of_cell
+from benchmarks.ladder.cells import AGENTS, cells
 from benchmarks.ladder.owners import with_owners
 from benchmarks.ladder.tables import tables
 from benchmarks.studies import write_study
@@ -54,6 +54,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--trials", type=int, default=100, help="of each cell")
     parser.add_argument("--robots", nargs="+", default=["nico", "nicol"])
     parser.add_argument("--agents", nargs="+", choices=AGENTS, default=["policy"])
+    parser.add_argument("--replay", action="store_true", help="models answer as they did before")
     parser.add_argument("--cells", nargs="+", help="perception/agent/solver; all where left out")
     parser.add_argument("--as-is", action="store_true", help="run nothing: what is kept")
     parser.add_argument("--write", action="store_true", help="into results/studies")
@@ -76,13 +77,14 @@ def main() -> None:
     networks: list[str] = []
     for cell in wanted:
         try:
-            made = GraspRows([*cell.overrides(options.trials), *options.overrides])
+            keys = cell.overrides(options.trials, options.replay)
+            made = GraspRows([*keys, *options.overrides])
         except PipelineError as error:
             raise SystemExit(str(error)) from error
         if not options.as_is:
             with bar(made.wanted, "trial", f"{cell.robot} {cell.name}") as shown:
                 made.run(lambda row, shown=shown: shown.update())
-        parts.append(of_cell(cell, made.rows()))
+        parts.append(made.rows())
         networks.append(made.network)
         rows = pd.concat(parts)
         if options.write and len(rows):

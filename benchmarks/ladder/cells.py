@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
-import pandas as pd
-
 from pipeline.locations import results
 
 # Choices of each part; the last one is its oracle.
 PERCEPTIONS = ("miscalibrated", "camera", "perfect")
-AGENTS = ("endpoint", "replay", "policy")
+AGENTS = ("local", "endpoint", "policy")
 SOLVERS = ("cycleik", "cycleik_refined")
 FOLDER = results() / "ladder"
 
@@ -31,24 +29,31 @@ class Cell:
         """As `--cells` takes it."""
         return f"{self.perception}/{self.agent}/{self.solver}"
 
-    def overrides(self, trials: int) -> list[str]:
-        """The keys of its run; `python -m pipeline grasp` takes them as well."""
+    def overrides(self, trials: int, replay: bool = False) -> list[str]:
+        """The keys of its run; `python -m pipeline grasp` takes them as well.
+
+        Args:
+            trials: How many.
+            replay: Whether a language model's answers are those that it gave before.
+        """
         return [
             f"robot={self.robot}",
             f"perception={self.perception}",
-            f"agent={self.agent}",
+            *self._agent(replay),
             f"grasp.solver={self.solver}",
             f"grasp.trials={trials}",
             "grasp.placements=pinned",
             f"results_dir={FOLDER / self.robot / self.name}",
-            *self._messages(),
         ]
 
-    def _messages(self) -> list[str]:
-        """What an endpoint answers is kept, and a replay answers from it."""
-        file = FOLDER / self.robot / self.perception / f"messages-{self.solver}.jsonl"
-        keys = {"endpoint": "record", "replay": "file"}
-        return [f"agent.{keys[self.agent]}={file}"] if self.agent in keys else []
+    def _agent(self, replay: bool) -> list[str]:
+        """What a language model answers is kept, for each cell apart."""
+        if self.agent == AGENTS[-1]:
+            return [f"agent={self.agent}"]
+        file = FOLDER / self.robot / self.name / "messages.jsonl"
+        if replay:
+            return ["agent=replay", f"agent.file={file}"]
+        return [f"agent={self.agent}", f"agent.record={file}"]
 
 
 def cells(robots: Sequence[str], agents: Sequence[str]) -> list[Cell]:
@@ -61,8 +66,3 @@ def cells(robots: Sequence[str], agents: Sequence[str]) -> list[Cell]:
     ladder = [*product(PERCEPTIONS, [each for each in AGENTS if each in agents], SOLVERS)]
     ladder = [ladder[0], ladder[-1], *ladder[1:-1]]
     return [Cell(robot, *parts) for parts in ladder for robot in robots]
-
-
-def of_cell(cell: Cell, rows: pd.DataFrame) -> pd.DataFrame:
-    """Return raw rows under the names of their cell: a replay's say whom it replays."""
-    return rows.assign(perception=cell.perception, agent=cell.agent, solver=cell.solver)

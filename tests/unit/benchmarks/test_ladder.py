@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
-from benchmarks.ladder.cells import Cell, cells, of_cell
+from benchmarks.ladder.cells import Cell, cells
 from benchmarks.ladder.owners import gains, oracles, with_owners
 from benchmarks.ladder.tables import tables
 from pipeline.config import compose
@@ -70,12 +70,12 @@ def test_what_has_not_run_leaves_its_trials_undecided() -> None:
 
 def test_a_language_model_is_owned_by_the_agent() -> None:
     lost = rows_of(en="0", cn="0", pn="0", er="0", cr="0", pr="1")
-    model = lost.assign(agent="endpoint")
+    model = lost.assign(agent="local")
     won = lost.assign(**{"class": "Success"})
     owned = with_owners(pd.concat([model, won]))
-    bottom = owned[(owned.agent == "endpoint") & (owned.perception == "miscalibrated")]
+    bottom = owned[(owned.agent == "local") & (owned.perception == "miscalibrated")]
     assert [*bottom["owner"]] == ["agent", "perception"]  # true places alone mend the second
-    assert [*oracles(Cell("nico", "perfect", "endpoint", "cycleik_refined"))] == ["agent"]
+    assert [*oracles(Cell("nico", "perfect", "local", "cycleik_refined"))] == ["agent"]
 
 
 def test_gains_are_paired_by_trial_and_tested() -> None:
@@ -108,15 +108,18 @@ def test_cells_differ_in_one_part_alone_and_the_most_telling_come_first() -> Non
     assert len(made) == 12
     assert made[0] == Cell("nico", "miscalibrated", "policy", "cycleik")
     assert made[2].name == "perfect/policy/cycleik_refined"
-    assert len(cells(["nico"], ["policy", "replay"])) == 12
+    assert len(cells(["nico"], ["policy", "local"])) == 12
     plain, other = (compose(cell.overrides(5)) for cell in (made[4], made[0]))
-    assert other.grasp.solver == "cycleik"
+    assert (other.grasp.solver, plain.grasp.solver) == ("cycleik", "cycleik_refined")
     assert plain.grasp.placements == "pinned"
     assert plain.results_dir != other.results_dir
     assert other.perception.title == "miscalibrated"
-    replayed = Cell("nico", "camera", "replay", "cycleik")
-    recorded = Cell("nico", "camera", "endpoint", "cycleik")
-    kept = compose(recorded.overrides(5)).agent.record
-    assert compose(replayed.overrides(5)).agent.file == kept
-    row = pd.DataFrame([{"agent": "endpoint", "perception": "camera", "solver": "cycleik"}])
-    assert of_cell(replayed, row)["agent"].item() == "replay"
+
+
+def test_what_a_language_model_answered_is_replayed_in_its_cell() -> None:
+    cell = Cell("nico", "camera", "local", "cycleik")
+    recorded, replayed = (compose(cell.overrides(5, replay)).agent for replay in (False, True))
+    assert (recorded.kind, replayed.kind) == ("local", "replay")
+    assert recorded.record == replayed.file
+    other = Cell("nico", "camera", "endpoint", "cycleik")
+    assert compose(other.overrides(5)).agent.record != recorded.record
