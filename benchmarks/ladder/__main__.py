@@ -98,8 +98,9 @@ def write(rows: pd.DataFrame, networks: Sequence[str], options: argparse.Namespa
     """Write the study."""
     owned = with_owners(rows)
     which = ["--trials", str(options.trials), "--robots", *options.robots]
-    which += ["--agents", *options.agents, "--write", *options.overrides]
-    command = shlex.join(["python", "-m", "benchmarks.ladder", *which])
+    which += ["--agents", *options.agents, *(["--replay"] if options.replay else []), "--write"]
+    which += ["--cells", *options.cells] if options.cells else []
+    command = shlex.join(["python", "-m", "benchmarks.ladder", *which, *options.overrides])
     write_study(
         "ladder",
         owned[COLUMNS].round(DIGITS),
