@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.errors import GraspError
-from pipeline.grasping.config import PINNED, GraspConfig, SceneConfig
+from pipeline.grasping.config import PINNED, GraspConfig, ProtocolConfig, SceneConfig
 from pipeline.grasping.grip import tip_yaw
 from pipeline.grasping.placements import ROW, Setup, pinned
 from pipeline.grasping.shapes import extent
@@ -66,7 +66,7 @@ def _spread(
     shares: np.ndarray,
     depth: float,
 ) -> list[float]:
-    """Centres of the objects along the row [m]; free width is shared out among the gaps.
+    """Centres of the objects along the row [m]; free width is shared out, see `_room`.
 
     The extent of an object depends on its yaw and, where the hand turns with the place, its yaw on
     the place; so the row is laid twice.
@@ -86,12 +86,30 @@ def _spread(
                 f"{', '.join(names)} do not fit on a row of {high - low:.2f} m with gaps of "
                 f"{config.protocol.gap} m: choose fewer objects or a smaller grasp.protocol.gap"
             )
+        room = _room(free, shares, config.protocol)
         at = low
         for slot, (begin, end) in enumerate(ends):
-            at += free * shares[slot] + (config.protocol.gap if slot else 0.0)
+            at += room[slot] + (config.protocol.gap if slot else 0.0)
             across[slot] = float(at - begin)
             at += end - begin
     return across
+
+
+def _room(free: float, shares: np.ndarray, protocol: ProtocolConfig) -> np.ndarray:
+    """Free width before the first object, beyond the least gap of neighbours, after the last [m].
+
+    Shares of a flat Dirichlet distribution are Beta(1, n) each, so that 1 - (1 - share)^n is
+    uniform: where gaps are bounded it draws them, and the ends share what is left.
+    """
+    room: np.ndarray = free * shares
+    if protocol.widest_gap is not None:
+        wide = protocol.widest_gap - protocol.gap
+        between = wide * (1.0 - (1.0 - shares[1:-1]) ** (len(shares) - 1))
+        between *= min(1.0, free / max(between.sum(), 1e-9))
+        ends = shares[[0, -1]] / shares[[0, -1]].sum()
+        room[1:-1] = between
+        room[[0, -1]] = (free - between.sum()) * ends
+    return room
 
 
 def _yaw(

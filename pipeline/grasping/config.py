@@ -301,6 +301,7 @@ class ProtocolConfig:
 
     sentence: str = MISSING
     gap: float = MISSING  # m
+    widest_gap: float | None = None  # m
     located: float = MISSING  # m
     bin_margin: float = MISSING  # m
     evidence: str = MISSING
@@ -310,6 +311,8 @@ class ProtocolConfig:
         if not self.sentence.strip():
             raise ValueError("grasp.protocol.sentence must not be empty")
         at_least("grasp.protocol.gap", self.gap, 0)
+        if self.widest_gap is not None:
+            at_least("grasp.protocol.widest_gap", self.widest_gap, self.gap)
         positive("grasp.protocol.located", self.located)
         at_least("grasp.protocol.bin_margin", self.bin_margin, 0)
         one_of("grasp.protocol.evidence", self.evidence, EVIDENCE)
@@ -324,6 +327,7 @@ class GraspConfig:
     solver: str = MISSING
     repair: str | None = None
     carry: str = MISSING
+    shake_after_lift: float = MISSING  # rad
     detour: bool = MISSING
     gui: bool = MISSING
     video: str = MISSING
@@ -348,6 +352,11 @@ class GraspConfig:
         one_of("grasp.placements", self.placements, (DRAWN, PINNED))
         one_of("grasp.video", self.video, VIDEOS)
         one_of("grasp.carry", self.carry, (ONE_MOTION, TWO_MOTIONS))
+        at_least("grasp.shake_after_lift", self.shake_after_lift, 0)
+        if self.carry == ONE_MOTION and self.shake_after_lift:
+            raise ValueError(
+                f"grasp.shake_after_lift needs grasp.carry={TWO_MOTIONS}: a lift that ends"
+            )
         if isinstance(self.motions, dict) and set(self.motions) != set(MOTIONS):
             raise ValueError(f"grasp.motions must be {', '.join(MOTIONS)}, got {[*self.motions]}")
         if isinstance(self.scenes, dict) and isinstance(self.objects, dict):
