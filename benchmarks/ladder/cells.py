@@ -43,6 +43,7 @@ class Cell:
             f"grasp.solver={self.solver}",
             f"grasp.trials={trials}",
             "grasp.placements=pinned",
+            "grasp.protocol.evidence=failures",
             f"results_dir={FOLDER / self.robot / self.name}",
         ]
 

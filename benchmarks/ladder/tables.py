@@ -21,7 +21,7 @@ from pipeline.presentation.columns import (
     text,
     under,
 )
-from pipeline.presentation.naming import OUTCOMES
+from pipeline.presentation.naming import OUTCOMES, solver_title
 from pipeline.presentation.table import Table
 from pipeline.reporting.topics.agent import setting_title
 from pipeline.reporting.topics.outcomes import SUCCESS_COLUMNS, Counted
@@ -146,7 +146,7 @@ def _gains(found: list[Gain]) -> Table:
 
 
 def _lost(rows: pd.DataFrame, first: Cell) -> Table:
-    """The lost trials of the cells without any oracle."""
+    """The lost trials of the first cell, of all robots."""
     parts = (first.perception, first.agent, first.solver)
     cells = [cell_of(row) for row in rows.to_dict("records")]
     bottom = [(cell.perception, cell.agent, cell.solver) == parts for cell in cells]
@@ -161,7 +161,7 @@ def _lost(rows: pd.DataFrame, first: Cell) -> Table:
             text("owner", "owner"),
         ),
         name="ladder_lost",
-        title="Lost without any oracle",
-        caption=f"Every lost trial of {setting_title(f'{first.perception}-{first.agent}')}, "
-        "solver and all; those of the other cells are in the CSV.",
+        title="Lost trials",
+        caption=f"Every lost trial of: {setting_title(f'{first.perception}-{first.agent}')}, "
+        f"{solver_title(first.solver)}. Those of the other cells are in the CSV.",
     )
