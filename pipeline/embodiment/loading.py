@@ -33,7 +33,7 @@ def is_embodied(config: Config) -> bool:
 
 def setting_name(config: Config) -> str:
     """Name of the folder of such trials, such as `camera-policy`."""
-    return f"{config.perception.source}-{config.agent.kind}"
+    return f"{config.perception.title}-{config.agent.kind}"
 
 
 def load_agent_series(
@@ -51,13 +51,15 @@ def load_agent_series(
         PerceptionError: The robot has no camera.
         SetupError: The agent lacks a package, an address or a key.
     """
-    perception = make_perception(config.perception, series.config, series.robot, detector)
+    perception = make_perception(
+        config.perception, series.config, series.robot, detector, series.seed
+    )
     agents = agent_factory(config.agent, series.robot.name)
     experiment = Experiment(
         series=series,
         perception=perception,
         agent=agents,
-        facts={"perception": config.perception.source, "agent": _who(config, agents().model)},
+        facts={"perception": config.perception.title, "agent": _who(config, agents().model)},
         folder=folder / EVIDENCE,
         distractors=config.perception.perturbation.distractors,
     )

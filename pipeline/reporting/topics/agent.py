@@ -16,7 +16,11 @@ from pipeline.reporting.data import Plot, Topic
 from pipeline.reporting.results import EVIDENCE, Results
 from pipeline.reporting.topics.outcomes import OUTCOME_COLUMNS, Counted, outcome_bars
 
-SETTINGS = {"perfect": "ground truth", "camera": "camera"}
+SETTINGS = {
+    "perfect": "ground truth",
+    "camera": "camera",
+    "miscalibrated": "camera with calibration error",
+}
 AGENTS = {
     "none": "no agent",
     "policy": "embedded policy",
