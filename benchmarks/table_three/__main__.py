@@ -28,6 +28,7 @@ from pipeline import load_robot, provenance
 from pipeline.config import compose
 from pipeline.data.dataset import read_split
 from pipeline.data.files import write_text
+from pipeline.errors import PipelineError
 from pipeline.learning.card import shipped_weights
 from pipeline.locations import published_results, results
 from pipeline.presentation.naming import robot_title, solver_title
@@ -61,7 +62,8 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="into results/studies")
     parser.add_argument("overrides", nargs="*", help="such as results_dir=results/slow")
     options = parser.parse_args()
-    count = max(1, options.poses // CALL) * CALL
+    config = compose(options.overrides)
+    count = pose_count(options.poses, config.dataset.test)
     rows: list[dict[str, Any]] = []
     for robot in options.robots:
         rows += published(robot) + table_one(robot)
@@ -71,9 +73,9 @@ def main() -> None:
     which += ["--poses", str(count), "--write", *options.overrides]
     table.origin = Origin(
         shlex.join(["python", "-m", "benchmarks.table_three", *which]),
-        **provenance.signature(compose(options.overrides).profile),
+        **provenance.signature(config.profile),
         processor=provenance.machine()["processor"],
-        seeds=f"of weights, order and poses 0, of draws {SEED}",
+        seeds=f"of weights, order and poses {config.seed}, of draws {SEED}",
     )
     table.notes.append(TRAINED.format(minutes=options.minutes, poses=count))
     print(table.to_markdown())
@@ -81,6 +83,18 @@ def main() -> None:
         write_text(STUDIES / f"{table.name}.csv", table.to_csv())
         write_text(STUDIES / f"{table.name}.md", table.to_markdown())
         write_origin(STUDIES, table.name, table.origin)
+
+
+def pose_count(wanted: int, there_are: int) -> int:
+    """Return the poses of as many whole calls as were wanted, one at least.
+
+    Raises:
+        PipelineError: The test set has fewer.
+    """
+    count = max(1, wanted // CALL) * CALL
+    if count > there_are:
+        raise PipelineError(f"{count} poses are wanted, and the test set has {there_are}")
+    return count
 
 
 def published(robot: str) -> list[dict[str, Any]]:
