@@ -51,8 +51,8 @@ def site(arguments: list[str]) -> int:
     root = need_checkout("the site")
     config = compose(overrides)
     folder = Path(own.get(DIR) or artifacts(config).root / "site").absolute()
-    claim(folder)
     other = _other(own.get(COMPARE))
+    claim(folder)
     print(write_site(_site(config, root / "results", folder, other), folder))
     return 0
 

@@ -238,6 +238,15 @@ def test_ranks_are_shared_where_intervals_overlap_and_hold_within_a_machine(tmp_
     assert [line["solver"] for line in overall(placed)] == ["slow", "fast", "bad", "bad"]
 
 
+def test_who_is_on_few_boards_does_not_lead_over_all(tmp_path: Path) -> None:
+    good = {"good": 100, "good_poses": 100}
+    put_all(tmp_path, {"solver": "lm"}, {"solver": "lm", "robot": "panda"})
+    put_all(tmp_path, {"solver": "placo", "robot": "panda", **good})
+    found = overall(ranked(read_boards(tmp_path), 0.95))
+    assert [(line["solver"], line["boards"]) for line in found] == [("lm", 2), ("placo", 1)]
+    assert found[0]["mean_rank"] > found[1]["mean_rank"]
+
+
 def test_the_front_has_those_that_none_beats_in_both(tmp_path: Path) -> None:
     put_all(
         tmp_path,
