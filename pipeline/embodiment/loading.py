@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.agent.endpoint import resolved
+from pipeline.agent.gguf_file import model_file
 from pipeline.agent.loading import agent_factory
 from pipeline.agent.model import LanguageModel
 from pipeline.agent.recording import Replay
@@ -75,6 +76,10 @@ def embodied_facts(config: Config) -> dict[str, Any]:
         agent = replace(agent, file=sha256(Path(str(agent.file))))
     if agent.kind == "endpoint":
         agent = replace(agent, endpoint=resolved(agent.endpoint))
+    if agent.kind == "local":
+        agent = replace(
+            agent, local=replace(agent.local, file=sha256(model_file(agent.local.file)))
+        )
     return {"perception": to_dict(config.perception), "agent": to_dict(agent)}
 
 

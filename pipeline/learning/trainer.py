@@ -117,9 +117,9 @@ class Trainer:
         Args:
             train: Poses to train on.
             validation: Poses to validate on.
-            budget_s: Seconds by the clock after which the run ends, whatever else needs the
-                machine; its schedule follows the clock, so how many steps it makes is known in
-                the end and no two runs are alike. None ends after `TrainConfig.epochs`.
+            budget_s: Seconds of processor time, over resumptions too, after which the run ends;
+                its schedule follows that time, so how many steps it makes is known in the end and
+                no two runs are alike. None ends after `TrainConfig.epochs`.
 
         Raises:
             TrainingError: The batch is larger than the set.
@@ -140,7 +140,7 @@ class Trainer:
         self._clock = time.process_time() - progress.processor_s
         try:
             with bar(total * size, "pose", self.run.label, progress.step * size) as shown:
-                self._loop(data, held_out, batches, progress, Length(total, budget_s), shown)
+                self._loop(data, held_out, batches, progress, total, shown, budget_s)
         except KeyboardInterrupt:
             self._save(progress)
             raise
@@ -176,11 +176,12 @@ class Trainer:
         held_out: Tensor,
         batches: Batches,
         progress: Progress,
-        length: Length,
+        total: int,
         shown: tqdm,
+        budget_s: float | None,
     ) -> None:
         saved = time.monotonic()
-        while (total := length.steps(progress.step)) > progress.step:
+        while progress.step < (total := self._length(progress.step, total, budget_s)):
             chosen = batches.indices(progress.step)
             self.step(data[0][chosen], data[1][chosen], progress, total)
             shown.update(self.train.batch_size)
@@ -196,6 +197,13 @@ class Trainer:
             if time.monotonic() - saved > self.train.checkpoint_s:
                 self._save(progress)
                 saved = time.monotonic()
+
+    def _length(self, done: int, total: int, budget_s: float | None) -> int:
+        """Steps of the run, as far as is known after those that are done."""
+        if budget_s is None or done == 0:
+            return total
+        share = (time.process_time() - self._clock) / budget_s
+        return done if share >= 1 else max(done + 1, round(done / share))
 
     def step(self, poses: Tensor, joints: Tensor, progress: Progress, total: int) -> None:
         """One optimiser step; a gradient that is not finite changes nothing and is counted."""
@@ -251,26 +259,6 @@ class Trainer:
             checkpoint.save(
                 path, self.run.digest, progress, self.network, self.optimizer, self.best
             )
-
-
-class Length:
-    """How many steps a run has: a number, or what fits into a time.
-
-    Args:
-        steps: Of the run; the guess of its first step where there is a budget.
-        budget_s: Seconds by the clock from now on; None keeps to the steps.
-    """
-
-    def __init__(self, steps: int, budget_s: float | None) -> None:
-        self._steps, self._budget_s = steps, budget_s
-        self._began = time.perf_counter()
-
-    def steps(self, done: int) -> int:
-        """Return the steps of the whole run, as far as is known after those that are done."""
-        if self._budget_s is None or done == 0:
-            return self._steps
-        share = (time.perf_counter() - self._began) / self._budget_s
-        return done if share >= 1 else max(done + 1, round(done / share))
 
 
 def error_score(row: dict[str, float]) -> float:

@@ -1,7 +1,7 @@
 """The best configuration of a search against Table I: trainings that cost the same.
 
-What a training costs can be counted in three currencies: seconds on this machine, multiply-adds of
-the network's layers (any machine), or poses seen (any network). One of them is the budget, and
+What a training costs can be counted in three currencies: seconds of processor time, multiply-adds
+of the network's layers (any machine), or poses seen (any network). One of them is the budget, and
 every row has all three, so that a reader sees what the others would have said.
 """
 
@@ -185,7 +185,7 @@ def _train(
     comparison = config.tune.comparison
     budget_s, poses = None, sets[0]
     if comparison.currency == "seconds":
-        # The clock ends the training; how many poses that will be is only a guess.
+        # Processor time ends the training; how many poses that will be is only a guess.
         budget_s = comparison.amount
         rate = rate or _poses_per_second(robot, candidate, poses)
         train = spend(candidate.train, budget_s * rate, len(poses.poses))
@@ -197,9 +197,7 @@ def _train(
     label = f"{candidate.name}, seed {replicate + 1} of {comparison.replicates}"
     LOGGER.info("%s: %d poses in %d passes", label, train.poses * train.epochs, train.epochs)
     trainer = Trainer(robot, network, train, TrainingRun(seed, "", label))
-    began = time.perf_counter()
     progress = trainer.fit(poses, sets[1], budget_s)
-    seconds = time.perf_counter() - began
     position, rotation = trainer.objective.errors(trainer.tensor(sets[1].poses))
     return {
         "replicate": replicate,
@@ -215,7 +213,7 @@ def _train(
         "steps": progress.step,
         "poses_seen": progress.step * train.batch_size,
         "multiply_adds": progress.step * train.batch_size * cost,
-        "train_s": seconds,
+        "train_s": progress.processor_s,
         "device": str(trainer.device),
         "position_error_mm": float(position.mean()),
         "rotation_error_deg": float(rotation.mean()),
@@ -224,7 +222,7 @@ def _train(
 
 
 def _poses_per_second(robot: Robot, candidate: Candidate, poses: PoseSet) -> float:
-    """Measure how fast a candidate trains: some steps on a network that is thrown away."""
+    """Guess how many poses a second of processor time trains: steps of a network thrown away."""
     network = build_network(robot, candidate.model)
     trainer = Trainer(robot, network, candidate.train, TrainingRun(0, "", "speed"))
     part = poses.first(min(len(poses.poses), 20 * candidate.train.batch_size))
@@ -232,16 +230,16 @@ def _poses_per_second(robot: Robot, candidate: Candidate, poses: PoseSet) -> flo
     if isinstance(network, IkNetwork):
         network.prepare(data)
     progress, size = Progress(), candidate.train.batch_size
-    began, steps = time.perf_counter(), -WARM_UP_STEPS
-    while steps < TIMED_STEPS or time.perf_counter() - began < TIMED_S:
+    began, steps = time.process_time(), -WARM_UP_STEPS
+    while steps < TIMED_STEPS or time.process_time() - began < TIMED_S:
         if steps == 0:
             _wait_for(trainer.device)
-            began = time.perf_counter()
+            began = time.process_time()
         first = (progress.step * size) % (len(data) - size + 1)
         trainer.step(data[first : first + size], joints[first : first + size], progress, 10**6)
         steps += 1
     _wait_for(trainer.device)
-    return size * steps / (time.perf_counter() - began)
+    return size * steps / (time.process_time() - began)
 
 
 def _wait_for(device: torch.device) -> None:

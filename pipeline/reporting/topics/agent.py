@@ -21,6 +21,7 @@ AGENTS = {
     "none": "no agent",
     "policy": "embedded policy",
     "endpoint": "chat endpoint",
+    "local": "language model offline",
     "replay": "recorded replies",
 }
 SUCCESS = OUTCOMES["success"]
