@@ -191,6 +191,7 @@ def test_a_second_site_leaves_nothing_of_the_first_and_a_strange_folder_alone(
     page = Page("index", "Start", "", [Section("t", "", [Sheet(odd_table())])])
     write_site(Site("A", "quick", [page, Page("more", "More", "")], []), made)
     assert (made / "data" / "odd.csv").exists()
+    claim(made)  # its pages say that they are ours
     bare = Page("index", "Start", "", [Section("t", "", [Prose(Markup("<p>1</p>"))])])
     write_site(Site("A", "quick", [bare], []), made)
     there = {path.name for path in made.rglob("*") if path.is_file()}
