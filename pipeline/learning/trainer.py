@@ -108,7 +108,9 @@ class Trainer:
             CapturedStep(state, train.batch_size) if captured else EagerStep(state)
         )
 
-    def fit(self, train: PoseSet, validation: PoseSet, budget_s: float | None = None) -> Progress:
+    def fit(
+        self, train: PoseSet, validation: PoseSet, *, budget_s: float | None = None
+    ) -> Progress:
         """Train on one set, validate on the poses of another, and return the curve.
 
         A run that was killed goes on from its checkpoint and ends with the same bits as one that

@@ -197,7 +197,7 @@ def _train(
     label = f"{candidate.name}, seed {replicate + 1} of {comparison.replicates}"
     LOGGER.info("%s: %d poses in %d passes", label, train.poses * train.epochs, train.epochs)
     trainer = Trainer(robot, network, train, TrainingRun(seed, "", label))
-    progress = trainer.fit(poses, sets[1], budget_s)
+    progress = trainer.fit(poses, sets[1], budget_s=budget_s)
     position, rotation = trainer.objective.errors(trainer.tensor(sets[1].poses))
     return {
         "replicate": replicate,

@@ -8,7 +8,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from benchmarks.table_three.__main__ import pose_count
 from pipeline.data.files import write_text
+from pipeline.errors import PipelineError
 from pipeline.locations import results
 from pipeline.presentation.origin import Origin
 from pipeline.presentation.table import Table, write_origin
@@ -72,3 +74,9 @@ def test_calibrations_of_the_checkout_are_shown_beside_the_published_rates(
         == (solved, published)
         for row in rows
     )
+
+
+def test_no_more_poses_are_said_than_there_are() -> None:
+    assert [pose_count(wanted, 500) for wanted in (0, 50, 199, 500)] == [100, 100, 100, 500]
+    with pytest.raises(PipelineError, match="600 poses are wanted, and the test set has 500"):
+        pose_count(600, 500)
