@@ -171,7 +171,7 @@ def main() -> None:
                 made.run(lambda row, shown=shown: shown.update())
         parts.append(made.rows())
         networks.append(made.network)
-    rows = pd.concat(parts)
+    rows = pd.concat(parts, ignore_index=True)
     if rows.empty:
         raise SystemExit("no trial has been run yet: leave out --as-is")
     said = [table.to_markdown().partition("\n")[2] for table in tables(rows)]

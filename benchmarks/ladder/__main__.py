@@ -87,7 +87,7 @@ def main() -> None:
                 made.run(lambda row, shown=shown: shown.update())
         parts.append(made.rows())
         networks.append(made.network)
-        rows = pd.concat(parts)
+        rows = pd.concat(parts, ignore_index=True)
         if options.write and len(rows):
             write(rows, networks, options)
     if rows.empty:

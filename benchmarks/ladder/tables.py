@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import pandas as pd
 
 from benchmarks.ladder.cells import Cell
-from benchmarks.ladder.owners import OWNERS, Gain, cell_of, gains
+from benchmarks.ladder.owners import OWNERS, Gain, gains
 from pipeline.presentation.columns import (
     ROBOT,
     SOLVER,
@@ -147,11 +147,9 @@ def _gains(found: list[Gain]) -> Table:
 
 def _lost(rows: pd.DataFrame, first: Cell) -> Table:
     """The lost trials of the first cell, of all robots."""
-    parts = (first.perception, first.agent, first.solver)
-    cells = [cell_of(row) for row in rows.to_dict("records")]
-    bottom = [(cell.perception, cell.agent, cell.solver) == parts for cell in cells]
+    own = rows[["perception", "agent", "solver"]] == [first.perception, first.agent, first.solver]
     return Table.of(
-        rows[bottom & (rows["owner"] != "")],
+        rows[own.all(axis=1) & (rows["owner"] != "")],
         (
             ROBOT,
             count("trial", "trial"),

@@ -7,7 +7,7 @@ utters actions that exist, on objects that are in view; which ones is its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -124,16 +124,13 @@ def _load(path: Path) -> tuple[Any, Any]:
     import transformers
 
     transformers.utils.logging.disable_progress_bar()
-    load: Callable[..., Any]
+    file = {"gguf_file": path.name, "local_files_only": True}
     try:
-        made = []
-        for load in (
-            transformers.AutoTokenizer.from_pretrained,
-            transformers.AutoModelForCausalLM.from_pretrained,
-        ):
-            made.append(load(path.parent, gguf_file=path.name, local_files_only=True))
+        tokenizer = transformers.AutoTokenizer.from_pretrained(path.parent, **file)
+        network = transformers.AutoModelForCausalLM.from_pretrained(
+            path.parent, dtype=torch.float32, **file
+        )
     except (OSError, ValueError, KeyError, ImportError) as error:
         sentence = " ".join(str(error).split())
         raise SetupError(f"the model in {path} cannot be loaded: {sentence}") from error
-    tokenizer, network = made
-    return tokenizer, network.float().eval()
+    return tokenizer, network.eval()

@@ -355,7 +355,7 @@ class GraspConfig:
         at_least("grasp.shake_after_lift", self.shake_after_lift, 0)
         if self.carry == ONE_MOTION and self.shake_after_lift:
             raise ValueError(
-                f"grasp.shake_after_lift needs grasp.carry={TWO_MOTIONS}: a lift that ends"
+                f"grasp.shake_after_lift needs a lift that ends: grasp.carry={TWO_MOTIONS}"
             )
         if isinstance(self.motions, dict) and set(self.motions) != set(MOTIONS):
             raise ValueError(f"grasp.motions must be {', '.join(MOTIONS)}, got {[*self.motions]}")
