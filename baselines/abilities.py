@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baselines.checks import check_initial, check_poses, count_settings, positive_settings
-from baselines.errors import AbilityError, PoseError
+from baselines.errors import AbilityError, InitialError, PoseError
 from baselines.freedom import Freedom, widths_of
 from robots.arguments import as_floats
 
@@ -143,10 +143,14 @@ class Abilities:
             BudgetError: As `Solver.solve`.
         """
         self._need(FOLLOW)
-        targets = check_poses(poses)
-        self._guesses(last, len(targets))
-        rows = np.broadcast_to(np.asarray(last, dtype=np.float64), (len(targets), self.robot.dof))
-        return self._follow(targets, np.array(rows), budget)
+        count = len(check_poses(poses))
+        self._guesses(last, count)
+        # As they came: the kernel makes quaternions unit by itself, and twice is not the same bits.
+        targets = np.array(as_floats(poses, "poses", PoseError), order="C").reshape(count, 7)
+        rows = np.broadcast_to(
+            as_floats(last, "last joints", InitialError), (count, self.robot.dof)
+        )
+        return self._follow(targets, np.array(rows, order="C"), budget)
 
     def follow_one(self, pose: ArrayLike, last: ArrayLike) -> tuple[Array, bool]:
         """Find joints for the next pose of a motion, under the solver's own budget.
@@ -179,7 +183,7 @@ class Abilities:
         raise NotImplementedError
 
     def _follow(self, poses: Array, last: Array, budget: Budget | None) -> Solution:
-        """Solve checked poses (N, 7) from the answers (N, dof) to those before."""
+        """Solve poses (N, 7) from the answers (N, dof) to those before, both as they came."""
         raise NotImplementedError
 
     def _explain(self, pose: Array) -> Explanation:
