@@ -1,6 +1,6 @@
 """What the motion in the null space does where trajectories are followed, with it and without.
 
-    python -m benchmarks.following [--robots panda ...] [--trajectories 200] [--write]
+    python -m benchmarks.following [--robots panda ...] [--solvers lm ...] [--write]
 
 The trajectories are those of the suite `tracking`; a step is one call of `follow_one` (with), or of
 `solve_one` from the answer before (without). Robots of `benchmarks.package_robots` are added where
@@ -98,14 +98,14 @@ def _steps(joints: Array, first: NDArray[np.bool_]) -> Array:
     return np.where(first, 0.0, changes)
 
 
-def rows_of(names: list[str], trajectories: int) -> Iterator[dict[str, Any]]:
+def rows_of(names: list[str], solvers: list[str], trajectories: int) -> Iterator[dict[str, Any]]:
     """Give a row for each robot, solver, way of following and rate, as soon as it is there."""
     config = compose(["suite=tracking", f"suite.trajectories={trajectories}"])
     for name in names:
         ensure(name)
         robot = load_robot(name)
         problems = generate(robot, config.suite, config.seed).problems
-        for label in SOLVERS:
+        for label in solvers:
             try:
                 solver = load_solver(label, robot)
             except SkippedSolver:
@@ -123,18 +123,20 @@ def main() -> None:
     """Print the table, and write it where that is requested."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--robots", nargs="+", default=list(NAMES))
+    parser.add_argument("--solvers", nargs="+", default=list(SOLVERS))
     parser.add_argument("--trajectories", type=int, default=200)
     parser.add_argument("--write", action="store_true", help="also into results/studies")
     options = parser.parse_args()
     kept = []
-    for row in rows_of(options.robots, options.trajectories):
+    for row in rows_of(options.robots, options.solvers, options.trajectories):
         print(row, flush=True)
         kept.append(row)
     table = pd.DataFrame(kept)
     text = f"{TITLE}\n\n{markdown(table.round(4))}"
     print(text)
     if options.write:
-        command = f"python -m benchmarks.following --robots {' '.join(options.robots)} --write"
+        chosen = f"--robots {' '.join(options.robots)} --solvers {' '.join(options.solvers)}"
+        command = f"python -m benchmarks.following {chosen} --write"
         write_study("following", table, text, command, "0")
 
 
