@@ -43,7 +43,7 @@ NOTE = """\
 - Calibration error: the eye's pose is off by {translation:g} mm and {rotation:g} mrad, in one \
 direction and about one axis for all trials of a robot; another draw gives other numbers.
 - Trials of one row share a table: what one of them knocks over, a later one finds there.
-- How much of a difference is the simulator's own chance: `noise_floor.md`.
+- How much of a difference is the simulator's own chance: `python -m benchmarks.noise_floor`.
 - Times are those of a clock on the wall: other work on the machine lengthens them.
 - Placements: {placements}.
 - A trial again, in the browser: `python -m pipeline watch robot=nico trial=17 perception=camera \
