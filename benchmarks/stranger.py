@@ -46,7 +46,7 @@ STEPS = {  # by the first words of a command
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--profile", default="quick", help="smoke or quick")
+    parser.add_argument("--profile", default="quick", choices=("smoke", "quick"))
     parser.add_argument("--write", action="store_true", help="write results/studies/stranger.*")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -55,7 +55,7 @@ def main() -> None:
     minutes = table.wall_s.iloc[-1] / 60
     print(f"{minutes:.1f} min (the goal is {GOAL_MIN:.0f})")
     if options.write:
-        command = "python -m benchmarks.stranger --write"
+        command = f"python -m benchmarks.stranger --profile {options.profile} --write"
         text = f"{__doc__.splitlines()[0]}\n\n{table.to_markdown(index=False)}\n"
         write_study("stranger", table, text, command, "0", profile=options.profile)
 

@@ -14,7 +14,13 @@ STUDIES = Path(__file__).parents[1] / "results" / "studies"
 
 
 def write_study(
-    name: str, table: pd.DataFrame, text: str, command: str, seeds: str, profile: str = "none"
+    name: str,
+    table: pd.DataFrame,
+    text: str,
+    command: str,
+    seeds: str,
+    profile: str = "none",
+    networks: str = "",
 ) -> None:
     """Write `name`.csv and `name`.md, and add its origin to those beside it.
 
@@ -25,6 +31,7 @@ def write_study(
         command: Makes the study again.
         seeds: What its random numbers come from.
         profile: Of conf/profile; none where the study has sizes of its own.
+        networks: Models and recipes behind neural rows.
     """
     STUDIES.mkdir(parents=True, exist_ok=True)
     table.to_csv(STUDIES / f"{name}.csv", index=False)
@@ -33,6 +40,7 @@ def write_study(
         **provenance.signature(profile),
         processor=provenance.machine()["processor"],
         seeds=seeds,
+        networks=networks,
     )
     (STUDIES / f"{name}.md").write_text(f"{text.rstrip()}\n\n{made_by.sentence()}\n", "utf-8")
     write_origin(STUDIES, name, made_by)

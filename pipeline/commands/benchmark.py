@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from pipeline.commands.arguments import command_parser, count
+from pipeline.commands.arguments import command_parser, count, names_in
 from pipeline.commands.run import chosen_profile
 from pipeline.config import bench_lists, compose
 from pipeline.engine.config import LOCAL, EngineConfig
@@ -80,7 +80,7 @@ def _lists(arguments: list[str]) -> tuple[dict[str, Any], list[str]]:
     for argument in arguments:
         key, _, value = argument.partition("=")
         if key in LISTS:
-            own[key] = [name.strip() for name in value.strip("[]").split(",") if name.strip()]
+            own[key] = names_in(value)
         elif key == "processes":
             own |= {key: count(key, value), "given": True}
         elif key in ("robot", "evaluate.solvers"):

@@ -9,7 +9,7 @@ from pipeline.config import compose
 from pipeline.errors import PipelineError
 
 DESCRIPTION = """\
-chat robot=nicol [agent=policy|endpoint] [perception=camera|perfect] [key=value ...]
+chat robot=nicol [agent=policy|endpoint|local] [perception=camera|perfect] [key=value ...]
 
 A robot stands at its table with all objects of its set on a row. Type what it is to do, the name of
 a WAV file with a recorded instruction, or `listen` for the microphone; `quit` ends. It answers with

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from pipeline.commands.arguments import names_in
 from pipeline.config import group_choices
 from pipeline.errors import ConfigError
 from robots.suggestions import unknown_name
@@ -27,7 +28,7 @@ def split_choices(group: str, arguments: Sequence[str]) -> tuple[list[str], list
     for argument in arguments:
         given, _, value = argument.partition("=")
         if given == key:
-            names = [name.strip() for name in value.strip("[]").split(",") if name.strip()]
+            names = names_in(value)
         elif given in (group, f"{group}.name"):
             raise ConfigError(f"{key} takes {key}=[...], got {argument}")
         else:

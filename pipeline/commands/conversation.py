@@ -45,7 +45,7 @@ def converse(config: Config, robot: Robot) -> None:
     solver = solver_of(grasp.solver, robot, config)
     repair = solver_of(grasp.repair, robot, config) if grasp.repair else None
     detector = detector_of(robot, config) if config.perception.source == "camera" else None
-    perception = make_perception(config.perception, grasp, robot, detector)
+    perception = make_perception(config.perception, grasp, robot, detector, config.seed)
     agent = load_agent(config.agent, robot.name)
     with Scene(robot, scene_config, grasp.physics, grasp.gui) as scene:
         objects = SceneObjects(scene, grasp, row_setup(grasp, robot.name, 0, config.seed))

@@ -7,9 +7,8 @@ import sys
 import time
 import webbrowser
 
-from pipeline.commands.arguments import command_parser, split_keys, with_defaults
+from pipeline.commands.arguments import command_parser, flag, split_keys, with_defaults
 from pipeline.config import compose
-from pipeline.errors import PipelineError
 from pipeline.stages.inputs import artifacts
 from pipeline.stages.running import run_stage
 
@@ -32,9 +31,7 @@ def demo(arguments: list[str]) -> int:
     """Run the stages, say what each took, and open the page."""
     given = command_parser("demo", DESCRIPTION).takes_overrides().parse(arguments).overrides
     own, overrides = split_keys(given, ("open",))
-    opens = own.get("open", "true")
-    if opens not in ("true", "false"):
-        raise PipelineError(f"open takes true or false, got {opens}")
+    opens = flag("open", own.get("open", "true"))
     config = compose(["profile=demo", *with_defaults(overrides, {"robot": "nicol"})])
     for number, (stage, what) in enumerate(STAGES, start=1):
         began = time.monotonic()
@@ -46,7 +43,7 @@ def demo(arguments: list[str]) -> int:
     page = folders.root / "report.html"
     for path in (*films, page):
         print(path)
-    if opens == "true" and has_display():
+    if opens and has_display():
         webbrowser.open(page.as_uri())
     return 0
 

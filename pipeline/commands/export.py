@@ -23,7 +23,8 @@ export robot=panda to=onnx|torchscript|c [model=compact|paper|none] [out=FILE] [
 onnx, torchscript: poses (N, 7) to joints (N, dof), with scaling, limits, forward kinematics and the
 ranking of hypotheses inside, and a card as metadata.
 c: one header of C99 with forward kinematics, network and Levenberg-Marquardt, and a program beside
-it that times and checks them; model=none leaves the network out, for any robot.
+it that times and checks them; model=none leaves the network out, for any robot. Tolerances and
+steps of the descent are those of solver.lm of the run.
 
 Weights are those of weights=FOLDER, else those that `train` made in results_dir, else those of the
 project. The file is checked against the network on export.poses random poses; see conf/export.
@@ -36,17 +37,21 @@ def export(arguments: list[str]) -> int:
     own, rest = split_keys(overrides, KEYS)
     config = compose([item for item in rest if item != NO_MODEL])
     to = _target(own)
+    if NO_MODEL in rest and "weights" in own:
+        raise PipelineError(f"{NO_MODEL} takes no network: leave it or weights=... out")
     folder = None if NO_MODEL in rest else find_folder(config, own.get("weights"))
+    from baselines.registry import using
     from pipeline.exporting.export import default_path, export_source
     from pipeline.exporting.source import load_source
 
-    source = load_source(robot_of(config), folder)
-    path = Path(own.get("out") or default_path(source, to))
-    if path.is_dir() or (to == "c" and not PLAIN.fullmatch(path.name)):
-        raise PipelineError(f"out={path} names no file that could be written; expected FILE")
-    command = shlex.join(["python", "-m", "pipeline", "export", *arguments])
-    for line in export_source(source, to, path, config.export, command, config.seed):
-        print(line)
+    with using(config.solver):  # the header descends as `lm` of this run does
+        source = load_source(robot_of(config), folder)
+        path = Path(own.get("out") or default_path(source, to))
+        if path.is_dir() or (to == "c" and not PLAIN.fullmatch(path.name)):
+            raise PipelineError(f"out={path} names no file that could be written; expected FILE")
+        command = shlex.join(["python", "-m", "pipeline", "export", *arguments])
+        for line in export_source(source, to, path, config.export, command, config.seed):
+            print(line)
     return 0
 
 

@@ -19,7 +19,7 @@ from pipeline.reporting.instructions import confusion, plan_success
 from pipeline.stages.inputs import artifacts
 
 DESCRIPTION = """\
-instructions [agent=policy|endpoint|replay|none] [robot=nicol] [key=value ...]
+instructions [agent=policy|endpoint|local|replay|none] [robot=nicol] [key=value ...]
 
 Gives an agent the 120 instructions of the suite, twelve families of ten, of which five are held
 out; compares its plans with the right ones and prints plan success and confusion by family. No

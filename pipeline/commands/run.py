@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from pipeline.commands.arguments import names_in
 from pipeline.config import (
     bench_lists,
     chosen,
@@ -64,9 +65,9 @@ def split_lists(arguments: list[str]) -> tuple[dict[str, list[str]], list[str]]:
     for argument in arguments:
         key, _, value = argument.partition("=")
         if key in lists:
-            lists[key] = _names(value)
+            lists[key] = names_in(value)
         elif key == SOLVERS:
-            lists |= _narrowed(lists, _names(value))
+            lists |= _narrowed(lists, names_in(value))
         else:
             overrides.append(argument)
     for name in lists["robots"]:
@@ -82,10 +83,6 @@ def _narrowed(lists: dict[str, list[str]], names: list[str]) -> dict[str, list[s
         if not any(name in lists[kind] for kind in kinds):
             narrow["neural" if is_neural(name) else "numerical"].append(name)
     return narrow
-
-
-def _names(value: str) -> list[str]:
-    return [name.strip() for name in value.strip("[]").split(",") if name.strip()]
 
 
 def step_overrides(step: Step, axes: dict[str, str], typed: list[str]) -> list[str]:

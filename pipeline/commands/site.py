@@ -51,8 +51,8 @@ def site(arguments: list[str]) -> int:
     root = need_checkout("the site")
     config = compose(overrides)
     folder = Path(own.get(DIR) or artifacts(config).root / "site").absolute()
-    claim(folder)
     other = _other(own.get(COMPARE))
+    claim(folder)
     print(write_site(_site(config, root / "results", folder, other), folder))
     return 0
 
@@ -76,7 +76,10 @@ def _site(config: Config, results: Path, folder: Path, other: Path | None) -> Si
         studies_page(results, folder),
     ]
     if other is not None:
-        pages.append(_comparison(data, _load(config, other), config))
+        theirs = _load(config, other)
+        if theirs.results.empty:
+            raise PipelineError(f"compare={other}: no stage has left anything in that folder")
+        pages.append(_comparison(data, theirs, config))
     footer = [
         f"Written by `python -m pipeline site profile={config.profile}` at commit {commit()}. "
         "Every table names what made its rows and has them as CSV.",

@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from pipeline.commands.arguments import command_parser, count
+from pipeline.commands.arguments import (
+    command_parser,
+    count,
+    flag,
+    split_keys,
+    with_defaults,
+)
 from pipeline.commands.run import chosen_profile, split_lists, step_overrides
 from pipeline.config import bench_lists, compose
 from pipeline.engine.scheduler import LOGS, Scheduler
@@ -27,8 +33,10 @@ ALL = f"""\
 all [robots=[panda,nico]] [profile=smoke] [processes=2] [hours=24] [plan=true] [key=value ...]
 
 Runs what `make reproduce` runs, without DVC: every step of the graph for each robot,
-{WHAT_IT_DOES.strip()} robots, numerical and the other lists are those of conf/bench.yaml if left
-out, or of the profile's own file beside it.
+{WHAT_IT_DOES.strip()}
+
+Lists such as robots and numerical are those of conf/bench.yaml if left out, or of the profile's
+own file beside it.
 """
 PAPER = f"""\
 paper [hours=24] [processes=2] [robots=[nico]] [plan=true] [key=value ...]
@@ -36,25 +44,28 @@ paper [hours=24] [processes=2] [robots=[nico]] [plan=true] [key=value ...]
 Runs every step of the graph with profile=paper (unless another is named),
 {WHAT_IT_DOES.strip()}
 """
-OWN = {"hours": "24", "processes": "", "plan": "false"}
+OWN = {"hours": "24", "processes": "", "plan": "false"}  # keys of the command, and their defaults
 
 
 def everything(arguments: list[str]) -> int:
     """Run what is not done at any scale; status 1 if a task failed."""
-    return _whole("all", ALL, arguments)
+    return _whole("all", ALL, arguments, {})
 
 
 def paper(arguments: list[str]) -> int:
     """Run what is not done at the paper's scale; status 1 if a task failed."""
-    return _whole("paper", PAPER, arguments, ["profile=paper"])
+    return _whole("paper", PAPER, arguments, {"profile": "paper"})
 
 
-def _whole(name: str, description: str, arguments: list[str], scale: Sequence[str] = ()) -> int:
+def _whole(name: str, description: str, arguments: list[str], defaults: Mapping[str, str]) -> int:
     given = command_parser(name, description).takes_overrides().parse(arguments).overrides
-    own, typed = _own(name, given)
-    if not any(item.startswith("profile=") for item in typed):
-        typed = [*scale, *typed]
-    most = _number("hours", own["hours"])  # what cannot be is refused before anything is composed
+    typed_own, rest = split_keys(given, OWN)
+    own, typed = {**OWN, **typed_own}, with_defaults(rest, defaults)
+    for item in typed:
+        if item.startswith("robot="):
+            raise PipelineError(f"{name} takes robots=[...], got {item}")
+    # What cannot be is refused before anything is composed.
+    most, plan_alone = _hours(own["hours"]), flag("plan", own["plan"])
     bench = bench_lists(chosen_profile(typed))
     processes = count("processes", own["processes"] or str(bench["processes"]))
     lists, overrides = split_lists(typed)
@@ -68,7 +79,7 @@ def _whole(name: str, description: str, arguments: list[str], scale: Sequence[st
     able = [unit.name for unit in every if unit.name not in reasons and unit.name != REPORT]
     stale = scheduler.stale(able)
     print(plan_text(every, stale, reasons, scheduler), flush=True)
-    if own["plan"] == "true":
+    if plan_alone:
         return 0
     write_left_out(folder, every, reasons)
     with log_file(folder / LOGS / f"{name}.log"):
@@ -96,25 +107,11 @@ def plan_text(
     return "\n".join([*lines, f"rates of results/{RATES_FILE}: {machines}"])
 
 
-def _own(name: str, given: Sequence[str]) -> tuple[dict[str, str], list[str]]:
-    """Split the command's own keys from overrides."""
-    own, rest = dict(OWN), []
-    for item in given:
-        key, _, value = item.partition("=")
-        if key in own:
-            own[key] = value
-        elif key == "robot":
-            raise PipelineError(f"{name} takes robots=[...], got {item}")
-        else:
-            rest.append(item)
-    return own, rest
-
-
-def _number(name: str, text: str) -> float:
+def _hours(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
         value = 0.0
-    if value <= 0:
-        raise PipelineError(f"{name} must be a number greater than 0, got {text!r}")
+    if not value > 0:  # nor is nan
+        raise PipelineError(f"hours must be a number greater than 0, got {text!r}")
     return value

@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from pipeline.artifacts import exclusive
-from pipeline.commands.arguments import command_parser, split_keys
+from pipeline.commands.arguments import command_parser, names_in, split_keys
 from pipeline.config import compose
 from pipeline.errors import ConfigError, PipelineError
 from pipeline.presentation.origin import origin_of
@@ -69,7 +69,7 @@ def _chosen(arms: dict[str, Arm], wanted: str) -> list[Arm]:
     Raises:
         ConfigError: The zoo has no arm of a name.
     """
-    names = [name.strip() for name in wanted.strip("[]").split(",") if name.strip()]
+    names = names_in(wanted)
     for name in names:
         if name not in arms:
             raise ConfigError(unknown_name("arm", name, list(arms)))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.agent.endpoint import resolved
+from pipeline.agent.gguf_file import model_file
 from pipeline.agent.loading import agent_factory
 from pipeline.agent.model import LanguageModel
 from pipeline.agent.recording import Replay
@@ -32,7 +33,7 @@ def is_embodied(config: Config) -> bool:
 
 def setting_name(config: Config) -> str:
     """Name of the folder of such trials, such as `camera-policy`."""
-    return f"{config.perception.source}-{config.agent.kind}"
+    return f"{config.perception.title}-{config.agent.kind}"
 
 
 def load_agent_series(
@@ -50,13 +51,15 @@ def load_agent_series(
         PerceptionError: The robot has no camera.
         SetupError: The agent lacks a package, an address or a key.
     """
-    perception = make_perception(config.perception, series.config, series.robot, detector)
+    perception = make_perception(
+        config.perception, series.config, series.robot, detector, series.seed
+    )
     agents = agent_factory(config.agent, series.robot.name)
     experiment = Experiment(
         series=series,
         perception=perception,
         agent=agents,
-        facts={"perception": config.perception.source, "agent": _who(config, agents().model)},
+        facts={"perception": config.perception.title, "agent": _who(config, agents().model)},
         folder=folder / EVIDENCE,
         distractors=config.perception.perturbation.distractors,
     )
@@ -75,6 +78,10 @@ def embodied_facts(config: Config) -> dict[str, Any]:
         agent = replace(agent, file=sha256(Path(str(agent.file))))
     if agent.kind == "endpoint":
         agent = replace(agent, endpoint=resolved(agent.endpoint))
+    if agent.kind == "local":
+        agent = replace(
+            agent, local=replace(agent.local, file=sha256(model_file(agent.local.file)))
+        )
     return {"perception": to_dict(config.perception), "agent": to_dict(agent)}
 
 

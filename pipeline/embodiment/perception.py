@@ -13,10 +13,11 @@ from pipeline.agent import Seen, seen_at
 from pipeline.embodiment.scene_objects import SceneObjects, centre_heights
 from pipeline.grasping.config import GraspConfig, SceneConfig
 from pipeline.grasping.scene import Scene
-from pipeline.perception.camera import EyeCamera
+from pipeline.perception.camera import EyeCamera, drawn_offset
 from pipeline.perception.config import PerceptionConfig
 from pipeline.perception.detection import Detection, Detector, Sighting
 from pipeline.perception.loading import see
+from pipeline.seeding import derive_seed
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -103,7 +104,11 @@ class CameraPerception:
 
 
 def make_perception(
-    perception: PerceptionConfig, grasp: GraspConfig, robot: Robot, detector: Detector | None
+    perception: PerceptionConfig,
+    grasp: GraspConfig,
+    robot: Robot,
+    detector: Detector | None,
+    seed: int,
 ) -> Perception:
     """Give a robot the senses that a configuration names.
 
@@ -112,6 +117,7 @@ def make_perception(
         grasp: Scene and objects.
         robot: The robot.
         detector: Finds objects in pictures; None where no picture is taken.
+        seed: Root seed, that the calibration error is drawn from.
 
     Raises:
         PerceptionError: The robot has no camera.
@@ -119,7 +125,9 @@ def make_perception(
     margin = grasp.protocol.bin_margin
     if detector is None:
         return GroundTruthPerception(margin)
-    camera = EyeCamera(robot, perception.eye, perception.perturbation)
+    draw = derive_seed(seed, "grasp", robot.name, "calibration error")
+    error = drawn_offset(perception.calibration_error, draw)
+    camera = EyeCamera(robot, perception.eye, perception.perturbation, error)
     return CameraPerception(
         camera, detector, centre_heights(grasp, grasp.scenes[robot.name]), margin
     )

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.errors import GraspError
-from pipeline.grasping.config import GraspConfig, SceneConfig
+from pipeline.grasping.config import PINNED, GraspConfig, ProtocolConfig, SceneConfig
 from pipeline.grasping.grip import tip_yaw
+from pipeline.grasping.placements import ROW, Setup, pinned
 from pipeline.grasping.shapes import extent
-from pipeline.grasping.trial import Setup, required_scene, rows_of
+from pipeline.grasping.trial import required_scene, rows_of
 from pipeline.seeding import derive_seed
 
 ACROSS = np.array([0.0, 1.0, 0.0])  # a row runs along y, from the robot's right to its left
@@ -18,7 +19,7 @@ def row_setup(config: GraspConfig, robot: str, number: int, seed: int) -> list[S
     """Lay out a row by its number alone.
 
     As in section IV-C of the paper, all objects of the set stand on a line over the width, and
-    lines advance over the depth. Their order and the gaps between them are drawn.
+    lines advance over the depth. Their order and the gaps between them are drawn, or all is pinned.
 
     Args:
         config: The experiment; its scene has the area and the objects.
@@ -33,6 +34,9 @@ def row_setup(config: GraspConfig, robot: str, number: int, seed: int) -> list[S
         GraspError: The objects do not fit on a row.
     """
     scene = required_scene(config, robot)
+    if config.placements == PINNED:
+        width = len(scene.objects)
+        return pinned(robot, ROW, number * width, width)
     line = number % rows_of(scene)
     depth = scene.area.x[0] + line * scene.area.row_step
     order = np.random.default_rng(derive_seed(seed, "grasp", robot, "row", number))
@@ -62,7 +66,7 @@ def _spread(
     shares: np.ndarray,
     depth: float,
 ) -> list[float]:
-    """Centres of the objects along the row [m]; free width is shared out among the gaps.
+    """Centres of the objects along the row [m]; free width is shared out, see `_room`.
 
     The extent of an object depends on its yaw and, where the hand turns with the place, its yaw on
     the place; so the row is laid twice.
@@ -82,12 +86,30 @@ def _spread(
                 f"{', '.join(names)} do not fit on a row of {high - low:.2f} m with gaps of "
                 f"{config.protocol.gap} m: choose fewer objects or a smaller grasp.protocol.gap"
             )
+        room = _room(free, shares, config.protocol)
         at = low
         for slot, (begin, end) in enumerate(ends):
-            at += free * shares[slot] + (config.protocol.gap if slot else 0.0)
+            at += room[slot] + (config.protocol.gap if slot else 0.0)
             across[slot] = float(at - begin)
             at += end - begin
     return across
+
+
+def _room(free: float, shares: np.ndarray, protocol: ProtocolConfig) -> np.ndarray:
+    """Free width before the first object, beyond the least gap of neighbours, after the last [m].
+
+    Shares of a flat Dirichlet distribution are Beta(1, n) each, so that 1 - (1 - share)^n is
+    uniform: where gaps are bounded it draws them, and the ends share what is left.
+    """
+    room: np.ndarray = free * shares
+    if protocol.widest_gap is not None:
+        wide = protocol.widest_gap - protocol.gap
+        between = wide * (1.0 - (1.0 - shares[1:-1]) ** (len(shares) - 1))
+        between *= min(1.0, free / max(between.sum(), 1e-9))
+        ends = shares[[0, -1]] / shares[[0, -1]].sum()
+        room[1:-1] = between
+        room[[0, -1]] = (free - between.sum()) * ends
+    return room
 
 
 def _yaw(

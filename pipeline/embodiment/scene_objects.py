@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pipeline.grasping.config import GraspConfig, SceneConfig
+from pipeline.grasping.placements import Setup
 from pipeline.grasping.scene import Scene
-from pipeline.grasping.trial import Setup
 
 Array = NDArray[np.float64]
 

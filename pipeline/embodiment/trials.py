@@ -19,9 +19,10 @@ from pipeline.embodiment.scene_objects import Array, SceneObject, SceneObjects
 from pipeline.embodiment.session import Episode, Event, Session
 from pipeline.embodiment.verdict import Verdict, judge
 from pipeline.grasping.outcome import SUCCESS, GraspReport, measures
+from pipeline.grasping.placements import Setup
 from pipeline.grasping.scene import Scene
 from pipeline.grasping.series import Series
-from pipeline.grasping.trial import Setup, conditions, required_scene
+from pipeline.grasping.trial import conditions, required_scene
 from pipeline.perception.distractors import lay_distractors
 from pipeline.seeding import derive_seed
 

@@ -34,6 +34,7 @@ class EvaluateConfig:
     seeded_by: str = MISSING
     poses: int = MISSING
     time_s: float | None = MISSING
+    times_time: dict[str, float] = MISSING
     iterations: int | None = MISSING
     not_found: str = MISSING
     claim: Tolerance = field(default_factory=Tolerance)
@@ -56,6 +57,8 @@ class EvaluateConfig:
         at_least("evaluate.poses", self.poses, 0)
         if self.time_s is not None:
             positive("evaluate.time_s", self.time_s)
+        if isinstance(self.times_time, dict) and self.times_time:
+            positive_all("evaluate.times_time", list(self.times_time.values()))
         if self.iterations is not None:
             positive("evaluate.iterations", self.iterations)
         positive_all("evaluate.batch_sizes", self.batch_sizes)
@@ -74,6 +77,10 @@ class EvaluateConfig:
         """Return the names of the solvers that a run loads, by the key that names them."""
         seeders = [] if self.seeded_by == HOME else [self.seeded_by]
         return {"evaluate.solvers": list(self.solvers), "evaluate.seeded_by": seeders}
+
+    def time_of(self, solver: str) -> float | None:
+        """Return the seconds a pose that a solver is given, None where the clock stops nobody."""
+        return None if self.time_s is None else self.time_s * self.times_time.get(solver, 1.0)
 
 
 @dataclass

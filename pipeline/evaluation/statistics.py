@@ -30,25 +30,6 @@ class Interval:
     high: float
 
 
-def first_two(best: str, first: Interval, second: str, other: Interval) -> dict[str, Any]:
-    """Return the two best of a ranking by shares as columns of a record.
-
-    Args:
-        best: Name of the best.
-        first: Its share.
-        second: Name of the second.
-        other: Its share.
-    """
-    return {
-        "best": best,
-        "best_share": first.estimate,
-        "best_low": first.low,
-        "second": second,
-        "second_share": other.estimate,
-        "second_high": other.high,
-    }
-
-
 @dataclass(frozen=True)
 class Comparison:
     """Two solvers on the same poses: the effect first, then how surprising it would be.

@@ -119,6 +119,6 @@ def _of(each: Sequence[Any] | None, rows: slice | NDArray[np.int64]) -> list[Any
 
 def accepted_budget(solver: Solver, config: EvaluateConfig) -> Budget | None:
     """Return the configured budget as far as a solver accepts it; None leaves it its own."""
-    time_s = config.time_s if "time_s" in solver.budgets else None
+    time_s = config.time_of(solver.name) if "time_s" in solver.budgets else None
     iterations = config.iterations if "iterations" in solver.budgets else None
     return None if time_s is None and iterations is None else Budget(time_s, iterations)

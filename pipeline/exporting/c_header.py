@@ -12,14 +12,25 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from numpy.typing import NDArray
 
 from baselines.checks import UNIT_TOLERANCE
-from baselines.registry import settings
+from baselines.registry import file_settings, load, settings
+from pipeline.errors import PipelineError
 from pipeline.exporting.c_network import network_values
 from pipeline.exporting.source import Source
+from robots import Robot
 from robots.limits import FARTHEST
 
 HEADER, EXAMPLE, DRIVER = "header.h.jinja", "example.c.jinja", "driver.c.jinja"
 WIDE = 100  # characters of a line of numbers
 DOUBLE_BYTES, INT_BYTES = 8, 4
+DESCENT = (  # settings of `lm` that the header has
+    "position_tolerance_m",
+    "rotation_tolerance_rad",
+    "damping",
+    "damping_gain",
+    "patience",
+    "max_active_set_passes",
+    "iterations",
+)
 
 
 def identifier(name: str) -> str:
@@ -28,6 +39,27 @@ def identifier(name: str) -> str:
     if not plain:
         return "robot"
     return f"robot_{plain}" if plain[0].isdigit() else plain
+
+
+def descent_settings(robot: Robot) -> dict[str, Any]:
+    """Return those settings of the run's `lm` that are in `DESCENT`.
+
+    Raises:
+        PipelineError: The run changes another one, or takes away the limit of iterations.
+        SolverError: Settings that `lm` refuses.
+    """
+    of_run, plain = settings("lm"), file_settings("lm")
+    for name, value in of_run.items():
+        if name not in DESCENT and value != plain[name]:
+            raise PipelineError(
+                f"the descent in C knows no solver.lm.{name}; it has {', '.join(DESCENT)}"
+            )
+    if of_run["iterations"] is None:
+        raise PipelineError(
+            "the descent in C reads no clock: solver.lm.iterations must be a number"
+        )
+    load("lm", robot)
+    return {name: of_run[name] for name in DESCENT}
 
 
 def header_text(source: Source, card: Mapping[str, str], file: str) -> str:
@@ -61,7 +93,7 @@ def header_text(source: Source, card: Mapping[str, str], file: str) -> str:
         offset=numbers(chain.offset),
         home=numbers(robot.home),
         endless_flags=numbers(robot.endless.astype(int)),
-        options=settings("lm"),
+        options=descent_settings(robot),
         farthest=FARTHEST,
         unit_tolerance=UNIT_TOLERANCE,
         network=network,

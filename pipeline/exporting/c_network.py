@@ -44,6 +44,7 @@ def network_values(network: IkNetwork, ranking: NDArray[np.float64]) -> dict[str
     sizes = [layers[0][0].shape[1], *(weight.shape[2] for weight, _ in layers)]
     each = 2 if half else 4
     return {
+        "experts": isinstance(network, Experts),
         "heads": network.heads,
         "parameters": flat.size,
         "bytes_each": each,

@@ -7,14 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.data.files import replacing, write_text
+from pipeline.evaluation.metrics import pose_errors
+from pipeline.evaluation.verification import tip_poses
 from pipeline.exporting.c_compiler import CompiledHeader
-from pipeline.exporting.c_header import example_text, identifier
+from pipeline.exporting.c_header import descent_settings, example_text, identifier
 from pipeline.exporting.comparison import compare
 from pipeline.exporting.config import ExportConfig
 from pipeline.exporting.source import Source, card_of
 from pipeline.exporting.targets import TARGETS, ExportError, Target
 
 FK_LARGEST = 1e-12  # m, and of a quaternion's numbers
+CLAIM_SLACK = 1e-6  # mm or deg, rounding of an error that is just within the tolerance
 
 
 def default_path(source: Source, to: str) -> Path:
@@ -74,7 +77,8 @@ def _checked(source: Source, target: Target, path: Path, config: ExportConfig, s
         found = compare(source, poses, answers, config.tie)
         said.append(found.sentence())
         exact = in_c or config.precision == "float64"  # C computes in double, whatever it is
-        if exact and (found.largest > config.largest_rad or found.other):
+        near = found.largest <= config.largest_rad and not found.other
+        if not (near if exact else np.isfinite(found.largest)):  # of nan no comparison holds
             raise ExportError(
                 f"the file does not answer as the network does: {found.sentence()}; expected "
                 f"at most export.largest_rad={config.largest_rad:g}; please report it"
@@ -87,7 +91,18 @@ def _checked_solve(source: Source, path: Path, joints: np.ndarray) -> str:
     poses = source.robot.forward_kinematics(joints)
     header = CompiledHeader(source, path)
     off = np.abs(header.forward_kinematics(joints) - poses).max()
-    if off > FK_LARGEST:
+    if not off <= FK_LARGEST:
         raise ExportError(f"forward kinematics of the header are {off:.1e} off; please report it")
-    found = header.solve(poses)[1]
+    answers, found = header.solve(poses)
+    errors = pose_errors(poses[found], tip_poses(source.robot, answers[found]))
+    tolerances = descent_settings(source.robot)
+    for name, error, most in (
+        ("mm", errors.position_mm, 1e3 * tolerances["position_tolerance_m"]),
+        ("deg", errors.rotation_deg, np.degrees(tolerances["rotation_tolerance_rad"])),
+    ):
+        if not (error <= most + CLAIM_SLACK).all():
+            raise ExportError(
+                f"the header calls poses found that are {error.max():.1e} {name} off, more than "
+                f"{most:.1e}; please report it"
+            )
     return f"forward kinematics to {off:.1e}, {found.sum()} of {len(found)} poses found"

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from baselines import Solver
 
 KEY = ("variant", "trial")  # what tells one row of a study from another
-PHYSICS = ("rate", "iterations")  # settings that are the engine's
+PHYSICS = ("rate", "iterations", "noise_seed")  # settings that are the engine's
 
 
 @dataclass(frozen=True)

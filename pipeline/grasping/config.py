@@ -12,9 +12,18 @@ from pipeline.planning.config import MotionConfig, TimingConfig
 
 SHAPES = ("sphere", "capsule", "cylinder", "box")
 VIDEOS = ("none", "first", "classes", "all")
-AXES = ("solver", "position_error", "tension_scale", "friction_scale", "rate", "iterations")
+AXES = (
+    "solver",
+    "position_error",
+    "tension_scale",
+    "friction_scale",
+    "rate",
+    "iterations",
+    "noise_seed",
+)
 MOTIONS = ("approach", "lift", "transfer", "deposit", "homeward", "push")
 ONE_MOTION, TWO_MOTIONS = "one_motion", "two_motions"  # from the table into the bin
+DRAWN, PINNED = "drawn", "pinned"  # from the seed, or from a committed file
 EVIDENCE = ("failures", "all", "none")
 
 
@@ -25,12 +34,16 @@ class PhysicsConfig:
     rate: float = MISSING  # Hz
     iterations: int = MISSING
     settle_s: float = MISSING
+    placement_noise: float = MISSING  # m
+    noise_seed: int = MISSING
 
     def __post_init__(self) -> None:
         """Refuse coarse physics: what is held would then depend on the step."""
         at_least("grasp.physics.rate", self.rate, 60)
         at_least("grasp.physics.iterations", self.iterations, 10)
         at_least("grasp.physics.settle_s", self.settle_s, 0)
+        at_least("grasp.physics.placement_noise", self.placement_noise, 0)
+        at_least("grasp.physics.noise_seed", self.noise_seed, 0)
 
 
 @dataclass
@@ -288,6 +301,7 @@ class ProtocolConfig:
 
     sentence: str = MISSING
     gap: float = MISSING  # m
+    widest_gap: float | None = None  # m
     located: float = MISSING  # m
     bin_margin: float = MISSING  # m
     evidence: str = MISSING
@@ -297,6 +311,8 @@ class ProtocolConfig:
         if not self.sentence.strip():
             raise ValueError("grasp.protocol.sentence must not be empty")
         at_least("grasp.protocol.gap", self.gap, 0)
+        if self.widest_gap is not None:
+            at_least("grasp.protocol.widest_gap", self.widest_gap, self.gap)
         positive("grasp.protocol.located", self.located)
         at_least("grasp.protocol.bin_margin", self.bin_margin, 0)
         one_of("grasp.protocol.evidence", self.evidence, EVIDENCE)
@@ -307,9 +323,11 @@ class GraspConfig:
     """The grasp experiment."""
 
     trials: int = MISSING
+    placements: str = MISSING
     solver: str = MISSING
     repair: str | None = None
     carry: str = MISSING
+    shake_after_lift: float = MISSING  # rad
     detour: bool = MISSING
     gui: bool = MISSING
     video: str = MISSING
@@ -331,8 +349,14 @@ class GraspConfig:
         positive("grasp.trials", self.trials)
         for name in ("position_error", "tension_scale", "friction_scale"):
             at_least(f"grasp.{name}", getattr(self, name), 0)
+        one_of("grasp.placements", self.placements, (DRAWN, PINNED))
         one_of("grasp.video", self.video, VIDEOS)
         one_of("grasp.carry", self.carry, (ONE_MOTION, TWO_MOTIONS))
+        at_least("grasp.shake_after_lift", self.shake_after_lift, 0)
+        if self.carry == ONE_MOTION and self.shake_after_lift:
+            raise ValueError(
+                f"grasp.shake_after_lift needs a lift that ends: grasp.carry={TWO_MOTIONS}"
+            )
         if isinstance(self.motions, dict) and set(self.motions) != set(MOTIONS):
             raise ValueError(f"grasp.motions must be {', '.join(MOTIONS)}, got {[*self.motions]}")
         if isinstance(self.scenes, dict) and isinstance(self.objects, dict):

@@ -85,6 +85,11 @@ class Grasp:
         self._count_touching()
         self.report.lifted = self._is_lifted()
         self.arm.holding = self.report.lifted
+        if self.report.lifted and self.config.shake_after_lift:
+            self._sway(self.config.shake_after_lift)
+            self.scene.mark("shaken")
+            if not self._is_lifted():
+                raise MotionAborted("lost when the hand was shaken")
 
     def _carry(self, place: Array) -> None:
         """Carry what was lifted over the bin on its side and let go."""
@@ -164,10 +169,6 @@ class Grasp:
 
     def _shake_off(self) -> None:
         """Knead and shake the hand while the object sticks between its open fingers."""
-        arm, robot = self.arm, self.arm.robot
-        sway = np.zeros(robot.dof)
-        sway[-2:] = self.scene.config.hand.shake
-        middle = np.clip(arm.target, robot.lower + sway, robot.upper - sway)
         for _ in range(SHAKES):
             if not self.scene.hand.touching(self.scene.object_id):
                 return
@@ -175,8 +176,16 @@ class Grasp:
             self.scene.wait(0.5 * self.scene.config.hand.open_s)
             self.scene.hand.let_go()
             self.scene.wait(self.scene.config.hand.open_s)
-            waypoints = [arm.target, middle + sway, middle - sway, middle + sway, arm.target]
-            arm.follow(np.array(waypoints), self.config.timing.swing)
+            self._sway(self.scene.config.hand.shake)
+
+    def _sway(self, angle: float) -> None:
+        """Shake the hand by an angle of the last two joints [rad], as fast as the arm swings."""
+        arm, robot = self.arm, self.arm.robot
+        sway = np.zeros(robot.dof)
+        sway[-2:] = angle
+        middle = np.clip(arm.target, robot.lower + sway, robot.upper - sway)
+        waypoints = [arm.target, middle + sway, middle - sway, middle + sway, arm.target]
+        arm.follow(np.array(waypoints), self.config.timing.swing)
 
     def _wait_for_rest(self) -> None:
         """Wait until the dropped object lies still, at most twice the settling time."""

@@ -15,6 +15,7 @@ from pipeline.grasping.config import BinConfig, ObjectConfig, PhysicsConfig, Sce
 from pipeline.grasping.hand import Hand
 from pipeline.grasping.idle_joints import fix_idle_joints
 from pipeline.grasping.shapes import make_bin, make_object, make_table
+from pipeline.seeding import derive_seed
 from robots.native_output import stdout_elsewhere
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ class Scene:
         except BaseException:
             self.client.disconnect()
             raise
+        self._noise = np.random.default_rng(derive_seed(physics.noise_seed, "placement noise"))
         self.object_id = -1
         self.time_s = 0.0
         self.on_step: Callable[[], None] | None = None
@@ -73,13 +75,16 @@ class Scene:
 
         Args:
             obj: What to lay.
-            place: x and y, base frame [m].
+            place: x and y, base frame [m]; the noise of the physics is added.
             yaw: Rotation about the vertical [rad].
 
         Returns:
             PyBullet's number of the body.
         """
-        self.object_id = make_object(self.client, obj, place, yaw, self.config.table.height)
+        angle = self._noise.uniform(0.0, 2.0 * np.pi)
+        off = self.physics.placement_noise * np.array([np.cos(angle), np.sin(angle)])
+        there = np.asarray(place, dtype=np.float64)[:2] + off
+        self.object_id = make_object(self.client, obj, there, yaw, self.config.table.height)
         return self.object_id
 
     def step(self) -> None:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pipeline.errors import GraspError
 from pipeline.grasping.arm import Arm
-from pipeline.grasping.config import GraspConfig, SceneConfig
+from pipeline.grasping.config import PINNED, GraspConfig, SceneConfig
 from pipeline.grasping.grasp import Grasp
 from pipeline.grasping.grip import tip_yaw
 from pipeline.grasping.outcome import classify, measures
+from pipeline.grasping.placements import SINGLE, Setup, pinned
 from pipeline.grasping.scene import Scene
 from pipeline.seeding import derive_seed
 
@@ -24,32 +24,12 @@ if TYPE_CHECKING:
     from robots import Robot
 
 
-@dataclass(frozen=True)
-class Setup:
-    """What is laid where in one trial.
-
-    Attributes:
-        number: Number of the trial, from 0.
-        row: Row of the action area, from 0 at the near side.
-        name: Which object.
-        place: x and y of its centre, base frame [m].
-        yaw: Its rotation about the vertical [rad].
-        error: Error injected into the place that the robot receives [m], shape (2,).
-    """
-
-    number: int
-    row: int
-    name: str
-    place: tuple[float, float]
-    yaw: float
-    error: NDArray[np.float64]
-
-
 def trial_setup(config: GraspConfig, robot: str, number: int, seed: int) -> Setup:
     """Lay out a trial by its number alone, so that each can be run by itself.
 
     As in the paper, all objects of the set stand on a row, spread over the width, and rows advance
-    over the depth; their order on a row and the exact place in their share of it are drawn.
+    over the depth; their order on a row and the exact place in their share of it are drawn. Where
+    the placements are pinned, only the direction of the injected error is.
 
     Args:
         config: The experiment; its scene has the area and the objects.
@@ -75,6 +55,8 @@ def trial_setup(config: GraspConfig, robot: str, number: int, seed: int) -> Setu
     yaw = turn if fixed is None else tip_yaw(scene, place) + scene.grip.closing + fixed
     angle = draw.uniform(0.0, 2.0 * np.pi)
     error = config.position_error * np.array([np.cos(angle), np.sin(angle)])
+    if config.placements == PINNED:
+        return replace(pinned(robot, SINGLE, number)[0], error=error)
     return Setup(number, row, name, place, float(np.deg2rad(yaw)), error)
 
 
@@ -175,4 +157,6 @@ def conditions(
         "friction_scale": config.friction_scale,
         "rate_hz": config.physics.rate,
         "iterations": config.physics.iterations,
+        "placements": config.placements,
+        "noise_seed": config.physics.noise_seed,
     }

@@ -9,9 +9,10 @@ from typing import Any
 
 import pandas as pd
 
+from pipeline.artifacts import exclusive
 from pipeline.data.files import write_text
 from pipeline.leaderboard.errors import LeaderboardError
-from pipeline.leaderboard.schema import BOARD, checked, read_lines
+from pipeline.leaderboard.schema import BOARD, checked, limits_of, read_lines
 from pipeline.presentation.naming import ordered_solvers
 
 
@@ -40,24 +41,29 @@ def put(folder: Path, machine: str, line: Mapping[str, Any]) -> Path:
 
     Raises:
         LeaderboardError: The line is not as it should be, the board is of another version or size
-            of the suite, or the machine's folder has lines of another processor.
+            of the suite or was judged by other tolerances, or the machine's folder has lines of
+            another processor.
     """
     path = board_path(folder, machine, str(line["suite"]), str(line["robot"]))
     fresh = pd.DataFrame([{key: _text(value) for key, value in line.items()}])
     checked(fresh, path)
     _check_processor(folder / machine, str(line["processor"]))
-    texts = fresh
-    if path.exists():
-        read_lines(path)
-        former = pd.read_csv(path, dtype=str, keep_default_na=False)
-        _check_same(former, fresh, path)
-        others = former[former.solver != fresh.solver.iloc[0]]
-        texts = pd.concat([others, fresh], ignore_index=True)
-    order = ordered_solvers(texts.solver)
-    texts = texts.sort_values("solver", key=lambda names: names.map(order.index))
-    checked(texts, path)
-    write_text(path, texts.to_csv(index=False, lineterminator="\n"))
+    with exclusive(path):  # two that add at once would lose the line of one
+        texts = _with_others(fresh, path) if path.exists() else fresh
+        order = ordered_solvers(texts.solver)
+        texts = texts.sort_values("solver", key=lambda names: names.map(order.index))
+        checked(texts, path)
+        write_text(path, texts.to_csv(index=False, lineterminator="\n"))
     return path
+
+
+def _with_others(fresh: pd.DataFrame, path: Path) -> pd.DataFrame:
+    """A line behind those of the other solvers of its board, as texts."""
+    read_lines(path)
+    former = pd.read_csv(path, dtype=str, keep_default_na=False)
+    _check_same(former, fresh, path)
+    others = former[former.solver != fresh.solver.iloc[0]]
+    return pd.concat([others, fresh], ignore_index=True)
 
 
 def read_boards(folder: Path) -> pd.DataFrame:
@@ -76,8 +82,15 @@ def _check_same(former: pd.DataFrame, fresh: pd.DataFrame, path: Path) -> None:
         if ours != theirs:
             raise LeaderboardError(
                 f"{path} is of {name} {ours}, this file of {theirs}: answer the suite of the same "
-                "version, profile and seed, or remove the board to begin a new one"
+                "version, profile and seed with the same keys, or remove the board to begin a new "
+                "one"
             )
+    ours, theirs = (", ".join(limits_of(lines)) for lines in (former, fresh))
+    if ours != theirs:
+        raise LeaderboardError(
+            f"{path} has {ours}, this file {theirs}: take the same report.leaderboard.within_us, "
+            "or remove the board to begin a new one"
+        )
 
 
 def _check_processor(folder: Path, processor: str) -> None:

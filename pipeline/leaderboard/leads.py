@@ -6,9 +6,10 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.evaluation.statistics import Interval, first_two, wilson_interval
-from pipeline.leaderboard.schema import WITHIN
+from pipeline.evaluation.statistics import wilson_interval
+from pipeline.leaderboard.schema import WITHIN, limits_of
 from pipeline.leaderboard.standings import KEYS
+from pipeline.reporting.suite_leaders import ahead
 
 ANY_TIME = "any"
 
@@ -40,25 +41,22 @@ def leads(lines: pd.DataFrame, confidence: float) -> list[dict[str, Any]]:
 
 
 def _widest(board: pd.DataFrame, confidence: float) -> dict[str, Any]:
-    named = [str(name) for name in board if WITHIN.fullmatch(str(name))]
-    limits = [name for name in named if board[name].notna().all()]
+    limits = [name for name in limits_of(board) if board[name].notna().all()]
     each = 1.0 - (1.0 - confidence) / (len(limits) + 1)
     rates = {ANY_TIME: board.good / board.trials}
     rates |= {_limit(name): board[name] / board.poses for name in limits}
     tried = [_first_two(board, rate, each) | {"within_us": time} for time, rate in rates.items()]
     widest = max(tried, key=lambda two: float(two["best_low"] - two["second_high"]))
-    if widest["best_low"] > widest["second_high"]:
-        return {**widest, "apart": "yes"}
-    return {**tried[0], "apart": "no"}
+    return widest if widest["apart"] == "yes" else tried[0]
 
 
 def _first_two(board: pd.DataFrame, rates: pd.Series, confidence: float) -> dict[str, Any]:
-    shares: list[tuple[Interval, str]] = [
-        (wilson_interval(round(rate * trials), int(trials), confidence), str(solver))
-        for rate, trials, solver in zip(rates, board.trials, board.solver, strict=True)
-    ]
-    (first, best), (other, second) = sorted(shares, key=lambda each: -each[0].estimate)[:2]
-    return first_two(best, first, second, other)
+    return ahead(
+        [
+            (str(solver), wilson_interval(round(rate * trials), int(trials), confidence))
+            for rate, trials, solver in zip(rates, board.trials, board.solver, strict=True)
+        ]
+    )
 
 
 def _limit(name: str) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pipeline.data.files import sha256
 from pipeline.evaluation.statistics import shifted_geometric_mean
 from pipeline.leaderboard.schema import FIELDS, within_name
-from pipeline.leaderboard.submission import Submission, times_us
+from pipeline.leaderboard.submission import ANSWERED, Submission, times_us
 from pipeline.reporting.suite_measures import RATES, generator_of, good_poses, good_trials
 from pipeline.suites.config import UNREACHABLE
 from pipeline.suites.judging import judge_answers
@@ -82,9 +82,9 @@ def robot_source(robot: Robot) -> str:
 
 def _as_answered(rows: pd.DataFrame, answers: pd.DataFrame) -> pd.DataFrame:
     """Rows whose answers count as this pipeline's evaluation said: some solvers claim nothing."""
-    if "answered" not in answers:
+    if ANSWERED not in answers:
         return rows
-    flags = answers.set_index("pose").answered.reindex(rows.pose, fill_value=False)
+    flags = answers.set_index("pose")[ANSWERED].reindex(rows.pose, fill_value=False)
     return rows.assign(answered=flags.to_numpy(dtype=bool))
 
 

@@ -114,7 +114,14 @@ FIELDS = {
     "time_median_us": Field("median time of a call [us]", _number, optional=True),
     "time_p99_us": Field("99th percentile of the same [us]", _number, optional=True),
 }
-BOARD = ("suite_version", "suite_checksum", "seed")  # one value in all lines of a board
+BOARD = (  # one value in all lines of a board
+    "suite_version",
+    "suite_checksum",
+    "seed",
+    "criterion",
+    "position_mm",
+    "rotation_deg",
+)
 COUNTED = {  # a count and what it is part of
     "good": "trials",
     "good_poses": "poses",
@@ -145,9 +152,14 @@ def read_lines(path: Path) -> pd.DataFrame:
     return checked(texts, path)
 
 
+def limits_of(lines: pd.DataFrame) -> list[str]:
+    """Return the columns of the success profile, see `within_name`."""
+    return [str(name) for name in lines if WITHIN.fullmatch(str(name))]
+
+
 def checked(texts: pd.DataFrame, path: Path) -> pd.DataFrame:
     """Check the cells of a board, as texts, and return its lines, see `read_lines`."""
-    limits = [str(name) for name in texts if WITHIN.fullmatch(str(name))]
+    limits = limits_of(texts)
     wanted, given = [*FIELDS, *limits], [str(name) for name in texts]
     if given != wanted:
         odd = sorted(set(FIELDS) ^ (set(given) - set(limits))) or ["their order"]
@@ -185,6 +197,8 @@ def _check_board(texts: pd.DataFrame, path: Path) -> None:
     for name in BOARD:
         if texts[name].nunique() > 1:
             raise LeaderboardError(f"{path}: {name} differs between lines, which no rank survives")
+    if texts.shift_us[texts.shift_us != ""].nunique() > 1:
+        raise LeaderboardError(f"{path}: shift_us differs between lines, so that no time compares")
     named = {f"{line.suite}_{line.robot}.csv" for line in texts.itertuples()}
     if named != {path.name}:
         raise LeaderboardError(f"{path}: its lines are those of {', '.join(sorted(named))}")
@@ -198,5 +212,5 @@ def _check_board(texts: pd.DataFrame, path: Path) -> None:
 def _typed(texts: pd.DataFrame, limits: list[str]) -> pd.DataFrame:
     numeric = [n for n, field in FIELDS.items() if field.check is _number] + limits
     counts = [n for n, field in FIELDS.items() if isinstance(field.check, _Whole)]
-    typed = {n: pd.to_numeric(texts[n].replace("", "nan")).astype(float) for n in numeric}
+    typed = {n: pd.to_numeric(texts[n].mask(texts[n] == "")).astype(float) for n in numeric}
     return texts.assign(**typed, **{n: texts[n].astype(int) for n in counts})

@@ -68,6 +68,8 @@ def on_front(board: pd.DataFrame) -> list[bool]:
 def overall(lines: pd.DataFrame) -> list[dict[str, Any]]:
     """Sum up a solver over all boards of a machine, the lowest mean rank first.
 
+    Those that are on fewer boards stand behind: means over other boards do not compare.
+
     Args:
         lines: Of `ranked`.
     """
@@ -86,4 +88,12 @@ def overall(lines: pd.DataFrame) -> list[dict[str, Any]]:
                 "time_us": float(np.exp(np.log(times).mean())) if len(times) else None,
             }
         )
-    return sorted(found, key=lambda each: (each["machine"], each["mean_rank"], -each["mean_share"]))
+    return sorted(
+        found,
+        key=lambda each: (
+            each["machine"],
+            -each["boards"],
+            each["mean_rank"],
+            -each["mean_share"],
+        ),
+    )

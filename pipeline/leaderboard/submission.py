@@ -14,7 +14,7 @@ import pandas as pd
 from pipeline.data.files import read_yaml
 from pipeline.data.tables import TableError, read_metadata, read_table
 from pipeline.leaderboard.errors import LeaderboardError
-from pipeline.leaderboard.schema import HERE, SENT
+from pipeline.leaderboard.schema import FIELDS, HERE, SENT
 from pipeline.suites.judging import read_answers
 
 SIDECAR = {
@@ -30,6 +30,7 @@ SIDECAR = {
     "date": "day on which it ran, such as 2026-01-31",
 }
 TIME = "time_us"  # column of answers: wall time of the call with that one pose [us]
+ANSWERED = "answered"  # column of raw rows; of a sender it would be a claim that nobody checks
 SHOWN_VERSIONS = ("python", "numpy", "numba", "torch", "pin", "placo")
 
 
@@ -64,7 +65,8 @@ def read_submission(path: Path) -> Submission:
     beside = path.with_suffix(".yaml")
     if beside.exists():
         facts = _sidecar(beside)
-        return Submission(path, read_answers(path), facts, SENT)
+        answers = read_answers(path).drop(columns=ANSWERED, errors="ignore")
+        return Submission(path, answers, facts, SENT)
     try:
         facts, rows = read_metadata(path), read_table(path)
     except TableError as error:
@@ -77,8 +79,6 @@ def read_submission(path: Path) -> Submission:
 
 def _sidecar(path: Path) -> dict[str, Any]:
     facts = read_yaml(path)
-    if not isinstance(facts, dict):
-        raise LeaderboardError(f"{path} must hold a mapping with {', '.join(SIDECAR)}")
     missing = [key for key in SIDECAR if facts.get(key) in (None, "")]
     if missing:
         raise LeaderboardError(
@@ -89,17 +89,23 @@ def _sidecar(path: Path) -> dict[str, Any]:
         versions = ", ".join(f"{name} {number}" for name, number in versions.items())
     day = facts["date"]
     day = day.isoformat() if isinstance(day, date) else day
-    return {**facts, "versions": versions, "date": day, "network": facts.get("network", "")}
+    said = {**facts, "versions": versions, "date": day, "network": facts.get("network", "")}
+    for key in SIDECAR:
+        if wanted := FIELDS[key].check(str(said[key])):
+            raise LeaderboardError(f"{path}: {key} must be {wanted}, got {said[key]!r}")
+    return said
 
 
 def _answers(path: Path, rows: pd.DataFrame, facts: Mapping[str, Any]) -> pd.DataFrame:
     """Raw rows as answers: joints, claims and times; no error of theirs is taken over."""
     if "suite_checksum" not in facts or rows.empty:
         raise LeaderboardError(f"{path} has no rows of a suite: it is of another stage")
+    if ANSWERED not in rows:
+        raise LeaderboardError(f"{path} holds the poses of a suite and no answers to them")
     if rows.seed.nunique() > 1 or rows.batch_size.nunique() > 1:
         raise LeaderboardError(f"{path} has rows of several seeds or batch sizes; send one each")
     joints = [name for name in rows if str(name)[0] == "q" and str(name)[1:].isdigit()]
-    answers = rows[["pose", *joints, "found", "answered"]].assign(
+    answers = rows[["pose", *joints, "found", ANSWERED]].assign(
         suite_checksum=facts["suite_checksum"]
     )
     one_by_one = int(rows.batch_size.iloc[0]) == 1
@@ -129,12 +135,15 @@ def times_us(answers: pd.DataFrame, count: int, path: Path) -> np.ndarray | None
     """Return the time of every call (N,) [us], None where there is none of each pose.
 
     Raises:
-        LeaderboardError: Times that are no positive numbers.
+        LeaderboardError: Times that are no numbers, or none above 0.
     """
     if TIME not in answers or len(answers) < count:
         return None
+    given = answers[TIME]
+    if not pd.api.types.is_numeric_dtype(given) and given.notna().any():
+        raise LeaderboardError(f"{path}: {TIME} must hold numbers, got {given.dtype}")
     times = np.empty(count)
-    times[answers.pose.to_numpy(dtype=int)] = answers[TIME].to_numpy(dtype=float)
+    times[answers.pose.to_numpy(dtype=int)] = given.to_numpy(dtype=float, na_value=np.nan)
     if np.isnan(times).all():
         return None
     if not (np.isfinite(times) & (times > 0)).all():

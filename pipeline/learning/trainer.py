@@ -108,11 +108,20 @@ class Trainer:
             CapturedStep(state, train.batch_size) if captured else EagerStep(state)
         )
 
-    def fit(self, train: PoseSet, validation: PoseSet) -> Progress:
+    def fit(
+        self, train: PoseSet, validation: PoseSet, *, budget_s: float | None = None
+    ) -> Progress:
         """Train on one set, validate on the poses of another, and return the curve.
 
         A run that was killed goes on from its checkpoint and ends with the same bits as one that
         was not.
+
+        Args:
+            train: Poses to train on.
+            validation: Poses to validate on.
+            budget_s: Seconds of processor time, over resumptions too, after which the run ends;
+                its schedule follows that time, so how many steps it makes is known in the end and
+                no two runs are alike. None ends after `TrainConfig.epochs`.
 
         Raises:
             TrainingError: The batch is larger than the set.
@@ -133,7 +142,7 @@ class Trainer:
         self._clock = time.process_time() - progress.processor_s
         try:
             with bar(total * size, "pose", self.run.label, progress.step * size) as shown:
-                self._loop(data, held_out, batches, progress, total, shown)
+                self._loop(data, held_out, batches, progress, total, shown, budget_s)
         except KeyboardInterrupt:
             self._save(progress)
             raise
@@ -171,15 +180,16 @@ class Trainer:
         progress: Progress,
         total: int,
         shown: tqdm,
+        budget_s: float | None,
     ) -> None:
-        count = self.train.validations
-        marks = {max(1, round(total * (index + 1) / count)) for index in range(count)}
         saved = time.monotonic()
-        while progress.step < total:
+        while progress.step < (total := self._length(progress.step, total, budget_s)):
             chosen = batches.indices(progress.step)
             self.step(data[0][chosen], data[1][chosen], progress, total)
             shown.update(self.train.batch_size)
-            if progress.step in marks:
+            # Validations at equal distances, the last one after the last step.
+            due = total * (len(progress.curve) + 1) / self.train.validations
+            if progress.step >= max(1, round(due)):
                 self._validate(held_out, progress, total)
                 row = progress.curve[-1]
                 shown.set_postfix_str(
@@ -189,6 +199,13 @@ class Trainer:
             if time.monotonic() - saved > self.train.checkpoint_s:
                 self._save(progress)
                 saved = time.monotonic()
+
+    def _length(self, done: int, total: int, budget_s: float | None) -> int:
+        """Steps of the run, as far as is known after those that are done."""
+        if budget_s is None or done == 0:
+            return total
+        share = (time.process_time() - self._clock) / budget_s
+        return done if share >= 1 else max(done + 1, round(done / share))
 
     def step(self, poses: Tensor, joints: Tensor, progress: Progress, total: int) -> None:
         """One optimiser step; a gradient that is not finite changes nothing and is counted."""

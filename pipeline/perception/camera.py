@@ -10,9 +10,9 @@ import pybullet
 from numpy.typing import ArrayLike, NDArray
 
 from pipeline.errors import PerceptionError
-from pipeline.perception.config import EyeConfig, PerturbationConfig
+from pipeline.perception.config import CalibrationErrorConfig, EyeConfig, PerturbationConfig
 from pipeline.perception.pinhole import Pinhole
-from robots.rotations import matrix_from_rpy
+from robots.rotations import matrix_from_axis_angle, matrix_from_rpy
 from robots.urdf_writer import joint_motion
 
 if TYPE_CHECKING:
@@ -25,8 +25,8 @@ Image = NDArray[np.uint8]
 class EyeCamera:
     """The head camera of a robot.
 
-    What it projects with is what the robot believes; the perturbation moves the camera that the
-    picture is taken with, which the robot does not know.
+    What it projects with is what the robot believes; perturbation and calibration error move the
+    camera that the picture is taken with, which the robot does not know.
 
     Attributes:
         believed: The camera as calibrated.
@@ -35,7 +35,11 @@ class EyeCamera:
     """
 
     def __init__(
-        self, robot: Robot, config: EyeConfig, perturbation: PerturbationConfig | None = None
+        self,
+        robot: Robot,
+        config: EyeConfig,
+        perturbation: PerturbationConfig | None = None,
+        calibration_error: Array | None = None,
     ) -> None:
         """Mount the camera.
 
@@ -44,6 +48,8 @@ class EyeCamera:
             config: How the picture is rendered.
             perturbation: Errors of mount and light; none if not given. Its distractors are laid
                 together with the objects, see `lay_distractors`.
+            calibration_error: Further transform of the mount, in the camera's frame, shape (4, 4);
+                see `drawn_offset`.
 
         Raises:
             PerceptionError: The robot has no camera, or it hangs on a joint of the chain.
@@ -54,6 +60,8 @@ class EyeCamera:
             pose = self.believed.pose @ _offset(perturbation.shift, perturbation.tilt)
             self.actual = replace(self.believed, pose=pose)
             self.config = dimmed(config, perturbation.lighting)
+        if calibration_error is not None:
+            self.actual = replace(self.actual, pose=self.actual.pose @ calibration_error)
 
     def picture(self, client: Any) -> Image:
         """Take a picture of the simulated world, whose frame is the robot's base.
@@ -77,6 +85,24 @@ class EyeCamera:
     def pixels_of(self, points: ArrayLike) -> Array:
         """Pixels (N, 2) of points (N, 3) in the base frame [m], through the believed camera."""
         return self.believed.pixels_of(points)
+
+
+def drawn_offset(config: CalibrationErrorConfig, seed: int) -> Array:
+    """Draw the error of an extrinsic calibration: any direction, about any axis.
+
+    Args:
+        config: How far [m] and by which angle [rad].
+        seed: Of direction and axis.
+
+    Returns:
+        Homogeneous transform of the camera, in its own frame, shape (4, 4).
+    """
+    normal = np.random.default_rng(seed).normal(size=(2, 3))
+    direction, axis = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    pose = np.eye(4)
+    pose[:3, 3] = config.translation * direction
+    pose[:3, :3] = matrix_from_axis_angle(axis, config.rotation)
+    return pose
 
 
 def mounted(robot: Robot) -> Pinhole:

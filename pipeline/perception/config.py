@@ -58,6 +58,19 @@ class PerturbationConfig:
 
 
 @dataclass
+class CalibrationErrorConfig:
+    """By how much the eye's extrinsic calibration is wrong, unknown to the robot."""
+
+    translation: float = MISSING  # m
+    rotation: float = MISSING  # rad
+
+    def __post_init__(self) -> None:
+        """Refuse negative sizes."""
+        at_least("perception.calibration_error.translation", self.translation, 0)
+        at_least("perception.calibration_error.rotation", self.rotation, 0)
+
+
+@dataclass
 class OpenVocabularyConfig:
     """An open-vocabulary detector from a folder of the user's."""
 
@@ -84,6 +97,7 @@ class PerceptionConfig:
     merge_overlap: float = MISSING
     eye: EyeConfig = field(default_factory=EyeConfig)
     perturbation: PerturbationConfig = field(default_factory=PerturbationConfig)
+    calibration_error: CalibrationErrorConfig = field(default_factory=CalibrationErrorConfig)
     vocabulary: OpenVocabularyConfig = field(default_factory=OpenVocabularyConfig)
 
     def __post_init__(self) -> None:
@@ -93,6 +107,14 @@ class PerceptionConfig:
         within("perception.threshold", self.threshold, 0.0, 1.0)
         positive("perception.max_detections", self.max_detections)
         within("perception.merge_overlap", self.merge_overlap, 0.0, 1.0)
+
+    @property
+    def title(self) -> str:
+        """Name of the choice of `conf/perception` that it is, for folders and raw rows."""
+        wrong = self.calibration_error
+        if self.source == "camera" and (wrong.translation > 0 or wrong.rotation > 0):
+            return "miscalibrated"
+        return self.source
 
 
 @dataclass

@@ -16,7 +16,7 @@ from pipeline.data.files import read_json, write_json, write_text
 from pipeline.presentation.columns import NOTHING, Cell, Column, absent
 from pipeline.presentation.origin import Origin
 
-MADE_BY = "made by `python -m pipeline report` from the raw rows; do not edit"
+MADE_BY = "made from the raw rows by the command that is named below; do not edit"
 ORIGINS = "provenance.json"  # beside tables: the origin of each by its name
 TEX_SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}"}
 TEX_SYMBOLS = {"σ": r"$\sigma$", "Δ": r"$\Delta$", "µ": r"$\mu$", "–": "--", "±": r"$\pm$"}

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pipeline.reporting.data import Topic
 from pipeline.reporting.topics import (
     agent,
+    calibration,
     detector,
     experiments,
     grasps,
@@ -38,6 +39,7 @@ class Chapter:
         lead: One sentence below it.
         topics: What it is about, in order.
         media: Stages whose pictures and videos belong there.
+        wall: Whether every grasp trial is shown there as a thumbnail.
     """
 
     anchor: str
@@ -45,6 +47,7 @@ class Chapter:
     lead: str
     topics: tuple[Topic, ...]
     media: tuple[str, ...] = ()
+    wall: bool = False
 
 
 CHAPTERS = (
@@ -52,7 +55,7 @@ CHAPTERS = (
         "paper",
         "Against the paper",
         "The paper's tables with this run beside them, in the paper's own metric.",
-        (paper.TOPIC, learned.TOPIC, left_out.TOPIC),
+        (paper.TOPIC, calibration.TOPIC, learned.TOPIC, left_out.TOPIC),
     ),
     Chapter(
         "solvers",
@@ -106,6 +109,7 @@ CHAPTERS = (
         "The robot perceives its table, receives an instruction and acts, on camera images.",
         (agent.TOPIC, detector.TOPIC),
         ("grasp_agent", "detector"),
+        wall=True,
     ),
 )
 TOPICS = tuple(topic for chapter in CHAPTERS for topic in chapter.topics)

@@ -18,6 +18,7 @@ from pipeline.reporting.chapters import Chapter
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.provenance import configurations, provenance_lines
 from pipeline.reporting.results import VIDEOS, Results
+from pipeline.reporting.wall import walls
 
 TEMPLATE = "report.html.jinja"
 LIMITS = Path(__file__).with_name("limits.html.jinja")  # what the numbers do not say
@@ -64,7 +65,7 @@ def render(results: Results, config: ReportConfig, sections: Sequence[Section]) 
             profile=results.folder.name,
             robots=[robot_title(name) for name in ordered_robots(results.robots)],
             headlines=_headlines([table for section in sections for table in section.tables]),
-            sections=[s for s in shown if s["tables"] or s["figures"] or s["media"]],
+            sections=[s for s in shown if s["tables"] or s["figures"] or s["media"] or s["walls"]],
             notes=results.notes,
             provenance=provenance_lines(results),
             details=configurations(results),
@@ -104,6 +105,7 @@ def _section(
             for figure in section.figures
         ],
         "media": [item for stage in chapter.media for item in _media(results, stage, budget)],
+        "walls": walls(results) if chapter.wall else [],
     }
 
 

@@ -21,6 +21,7 @@ Key = TypeVar("Key")
 ProtocolKey = tuple[str, str, str, int]
 PICTURES = (".png", ".gif")
 VIDEOS = (".mp4",)
+EVIDENCE = "evidence"  # folder of transcripts and pictures that trials are judged by: not for show
 SMOKE = "smoke"  # the profile whose networks see a few hundred steps
 SEEDED = "seeded_by_"  # folders of rows that started from another solver's answers
 LEFT_OUT = "left_out.json"  # written by `python -m pipeline paper`
@@ -134,6 +135,7 @@ def read_results(folder: Path, profile: str = "") -> Results:
         for place in robots:
             READERS[stage](results, place)
             media = [p for p in _files(place, "**/*") if p.suffix in PICTURES + VIDEOS]
+            media = [p for p in media if EVIDENCE not in p.relative_to(place).parts]
             media = [p for p in media if p.suffix != ".gif" or p.with_suffix(".mp4") not in media]
             if media:
                 results.media[stage, place.name] = media

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from pipeline.evaluation.statistics import Interval, first_two
+from collections.abc import Sequence
+from typing import Any
+
+from pipeline.evaluation.statistics import Interval
 from pipeline.presentation.columns import ROBOT, count, number, plain, share, text, under
 from pipeline.presentation.naming import solver_title
 from pipeline.presentation.table import Table
@@ -10,7 +13,7 @@ from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.suite_measures import QUICK, Rows, each_solver, mean_time_us, rates
 
 SUITE = text("suite", "Suite", convert=plain)
-FIRST_TWO = (  # of `pipeline.evaluation.statistics.first_two`
+FIRST_TWO = (  # of `ahead`
     text("best", "best", convert=solver_title),
     *under("its rate [%]", share("best_share", "share"), share("best_low", "from")),
     text("second", "second", convert=solver_title),
@@ -36,18 +39,8 @@ def leaders(rows: Rows, config: ReportConfig) -> Table:
     """The best and the second-best solver of each suite and robot, and whether they are apart."""
     found = []
     for (robot, suite, rate), group in _ranked(rows, config).items():
-        if len(group) < 2:
-            continue
-        (best, first), (second, other) = group[:2]
-        found.append(
-            {
-                "robot": robot,
-                "suite": suite,
-                "rate": rate,
-                **first_two(best, first, second, other),
-                "apart": "yes" if first.low > other.high else "no",
-            }
-        )
+        if len(group) > 1:
+            found.append({"robot": robot, "suite": suite, "rate": rate, **ahead(group)})
     return Table.of(
         found,
         LEADERS,
@@ -58,6 +51,29 @@ def leaders(rows: Rows, config: ReportConfig) -> Table:
         "(cluttered). "
         f"Apart: the {config.confidence * 100:g} % Wilson intervals do not overlap.",
     )
+
+
+def ahead(shares: Sequence[tuple[str, Interval]]) -> dict[str, Any]:
+    """Return the best of two solvers or more, the second, and whether the best is certainly ahead.
+
+    The second is the one of the others whose interval ends highest. Where all had as many trials it
+    is the one with the next share; a solver that had few may reach higher than that one.
+
+    Args:
+        shares: Solvers with what they reach; of equals the first one counts.
+    """
+    best, first = max(shares, key=lambda each: each[1].estimate)
+    others = [each for each in shares if each[0] != best]
+    second, other = max(others, key=lambda each: (each[1].high, each[1].estimate))
+    return {
+        "best": best,
+        "best_share": first.estimate,
+        "best_low": first.low,
+        "second": second,
+        "second_share": other.estimate,
+        "second_high": other.high,
+        "apart": "yes" if first.low > other.high else "no",
+    }
 
 
 def quickest(rows: Rows, config: ReportConfig) -> Table:

@@ -20,6 +20,7 @@ from pipeline.presentation.naming import ordered_robots, ordered_solvers
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.summary import apply_not_found, successes
 from pipeline.suites.config import CLUTTERED, TRACKING, UNREACHABLE
+from pipeline.suites.judging import NO_ANSWER, NOT_FINITE
 from pipeline.suites.verdicts import free_by_bullet, free_by_coal
 
 Rows = Mapping[tuple[str, str, str], pd.DataFrame]
@@ -30,6 +31,7 @@ QUICK = f"within {QUICK_MS:g} ms"
 JUMP = 0.1  # rad or m from one waypoint to the next that no trajectory asks for
 US_PER_MS = 1e3
 SUCCESS = "success"
+NO_WORD = (NO_ANSWER, NOT_FINITE)  # reasons of rows that say neither yes nor no
 RATES = {  # how the share of good trials is called, by generator; of others: SUCCESS
     UNREACHABLE: "true no",
     TRACKING: "followed",
@@ -63,9 +65,12 @@ def good_trials(rows: pd.DataFrame, config: ReportConfig) -> Flags:
 
 
 def good_poses(rows: pd.DataFrame, config: ReportConfig) -> Flags:
-    """(N,) which poses are solved; without a collision among obstacles, denied out of reach."""
+    """(N,) which poses are solved; without a collision among obstacles, denied out of reach.
+
+    Silence is no denial, nor is a claim whose joints are not finite.
+    """
     if generator_of(rows) == UNREACHABLE:
-        return ~rows.found.to_numpy(dtype=bool)
+        return np.asarray(~rows.found.to_numpy(dtype=bool) & ~rows.reason.isin(NO_WORD))
     solved = solved_poses(rows, config)
     return solved & free_of_collision(rows) if generator_of(rows) == CLUTTERED else solved
 

@@ -140,7 +140,7 @@ def overall_table(lines: pd.DataFrame, config: ReportConfig) -> Table:
         title="Over all boards of a machine",
         caption="Mean rank, and mean and least share solved, over the boards that a solver is on; "
         "time: geometric mean over these boards of the shifted geometric mean of a call "
-        f"(shift {config.leaderboard.shift_us:g} µs).",
+        f"(shift {config.leaderboard.shift_us:g} µs). Who is on fewer boards stands behind.",
     )
     table.origin = lines_origin(lines)
     return table

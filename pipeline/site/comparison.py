@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -37,7 +38,11 @@ def comparison_table(
         names: How both are called.
         config: Confidence of intervals.
     """
-    a, b = (pd.DataFrame(measures(data, config)).set_index(KEYS) for data in (first, second))
+    numbers = [*KEYS, "value", "low", "high"]  # named, for a folder may have none
+    a, b = (
+        pd.DataFrame(measures(data, config), columns=numbers).set_index(KEYS)
+        for data in (first, second)
+    )
     joined = a.join(b, how="outer", lsuffix="_a", rsuffix="_b", sort=False).reset_index()
     joined["difference"] = joined.value_b - joined.value_a
     joined["verdict"] = [verdict(line) for line in joined.to_dict("records")]
@@ -50,7 +55,7 @@ def comparison_table(
         caption=f"Differs: the {config.confidence * 100:g} % intervals do not overlap, which is "
         f"stricter than a test of the difference: {sure} of {len(joined)}. Times have no interval.",
     )
-    command = f"python -m pipeline site compare={names[1]}"
+    command = shlex.join(["python", "-m", "pipeline", "site", f"compare={second.results.folder}"])
     cards = [card for data in (first, second) for card in data.results.evaluated.values()]
     table.origin = origin_of(command, cards, first.profile)
     return table

@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 from markupsafe import Markup
 
-from pipeline.leaderboard.schema import WITHIN
+from pipeline.leaderboard.schema import limits_of
 from pipeline.leaderboard.standings import on_front
 from pipeline.presentation.columns import plain, significant
 from pipeline.presentation.naming import NEURAL, ordered_robots, robot_title, solver_title
@@ -39,6 +39,9 @@ def error_and_time(summary: pd.DataFrame) -> list[Chart]:
                 "position_error_mm_median": "position_median_mm",
             }
         )
+        mine = mine[(mine.time_geometric_us > 0) & mine.position_median_mm.notna()]
+        if mine.empty:  # no time is known, or no pose was answered and none counts
+            continue
         found.append(
             Chart(
                 f"error-time-{slug(robot)}",
@@ -63,7 +66,7 @@ def board_charts(lines: pd.DataFrame) -> Iterator[Chart]:
     Args:
         lines: Of `pipeline.leaderboard.standings.ranked`.
     """
-    timed = lines[lines.time_geometric_us.notna()] if len(lines) else lines
+    timed = lines[lines.time_geometric_us > 0] if len(lines) else lines
     groups = timed.groupby(["machine", "robot", "suite"], sort=False) if len(timed) else ()
     for named, board in groups:
         machine, robot, suite = map(str, named)
@@ -109,7 +112,7 @@ def _mark(line: Mapping[Hashable, Any]) -> Mark:
 
 
 def _profile(board: pd.DataFrame, title: str) -> Markup:
-    names = [str(name) for name in board if WITHIN.fullmatch(str(name))]
+    names = limits_of(board)
     limits = [float(name.removeprefix("within_").removesuffix("us")) for name in names]
     lines = [
         Curve(

@@ -11,6 +11,7 @@ import pandas as pd
 
 import baselines
 from baselines import Solver
+from baselines.registry import file_settings
 from pipeline import provenance
 from pipeline.artifacts import exclusive
 from pipeline.data.dataset import read_split
@@ -43,6 +44,8 @@ def check(config: Config) -> None:
                 why = baselines.skip(name, robot)
                 LOGGER.warning("%s goes on without solver '%s': %s", key, name, why)
     check_budgets(config)
+    for name in (*config.evaluate.times_time, *config.evaluate.error_batch_size):
+        file_settings(name)  # a solver that does not exist is a typo
     if config.evaluate.seeded_by != HOME:
         check_seeder("evaluate.seeded_by", config.evaluate.seeded_by, robot)
 

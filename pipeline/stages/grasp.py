@@ -12,31 +12,24 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline import provenance
 from pipeline.artifacts import exclusive
-from pipeline.containers import to_dict
 from pipeline.data.files import write_json, write_sealed_json
 from pipeline.data.rows import RowCheckpoint
 from pipeline.data.tables import write_table
-from pipeline.embodiment.loading import (
-    EVIDENCE,
-    embodied_facts,
-    is_embodied,
-    perception_identity,
-    setting_name,
-)
+from pipeline.embodiment.loading import EVIDENCE, is_embodied, setting_name
 from pipeline.embodiment.series import AgentSeries
 from pipeline.errors import ConfigError, PerceptionError
-from pipeline.evaluation.cache import solver_identity
 from pipeline.grasping import ablation
 from pipeline.grasping.ablation import Study
+from pipeline.grasping.config import PINNED
 from pipeline.grasping.outcome import SUCCESS
+from pipeline.grasping.placements import check_pinned
 from pipeline.grasping.series import KEY, Series
 from pipeline.grasping.trial import required_scene
 from pipeline.perception.camera import mounted
 from pipeline.progress import bar
-from pipeline.solvers import check_solvers, network_of
-from pipeline.stages.grasp_units import load_runner, run_units
+from pipeline.solvers import check_solvers
+from pipeline.stages.grasp_units import load_runner, row_identity, run_units
 from pipeline.stages.inputs import artifacts, robot_of
-from pipeline.stages.solvers import code_of
 from robots import Robot
 
 if TYPE_CHECKING:
@@ -46,7 +39,9 @@ if TYPE_CHECKING:
 def check(config: Config) -> None:
     """Refuse a robot without a scene and solvers that cannot run, before anything is made."""
     robot = robot_of(config)
-    required_scene(config.grasp, robot.name)
+    scene = required_scene(config.grasp, robot.name)
+    if config.grasp.placements == PINNED:
+        check_pinned(robot.name, scene.objects, config.grasp.trials)
     check_solvers(config.grasp.solvers_by_key(), robot)
     if config.perception.source == "camera":
         _check_camera(robot)
@@ -67,22 +62,14 @@ def run(config: Config) -> list[Path]:
     if isinstance(runner, Study):
         return _study(config, runner)
     if isinstance(runner, AgentSeries):
-        return _embodied(config, runner)
-    folder = artifacts(config).grasp(config.robot.name)
-    return _trials(config, runner, folder, _Kept(config, runner, "grasp"))
+        folder = artifacts(config).grasp_agent(config.robot.name, setting_name(config))
+    else:
+        folder = artifacts(config).grasp(config.robot.name)
+    return _trials(config, runner, folder)
 
 
-def _embodied(config: Config, runner: AgentSeries) -> list[Path]:
-    """Trials with a camera or an agent, beside those without."""
-    setting = setting_name(config)
-    folder = artifacts(config).grasp_agent(config.robot.name, setting)
-    facts = embodied_facts(config)
-    series, eyes = runner.experiment.series, perception_identity(runner)
-    made = _Kept(config, series, f"grasp-{setting}", facts, eyes)
-    return _trials(config, runner, folder, made)
-
-
-def _trials(config: Config, runner: Series | AgentSeries, folder: Path, made: _Kept) -> list[Path]:
+def _trials(config: Config, runner: Series | AgentSeries, folder: Path) -> list[Path]:
+    made = row_identity(config, runner)
     robot, facts = made.robot, made.facts
     with exclusive(folder):
         if not made.path.exists():  # nothing to go on with: what lies here is of an earlier run
@@ -107,7 +94,7 @@ def _study(config: Config, study: Study) -> list[Path]:
     series = study.series
     assert series.config.ablation is not None
     folder = artifacts(config).grasp_study(series.robot.name)
-    made = _Kept(config, series, "study")
+    made = row_identity(config, study)
     name = series.config.ablation.study
     with exclusive(folder):
         kept = RowCheckpoint(made.path, ablation.KEY)
@@ -121,29 +108,6 @@ def _study(config: Config, study: Study) -> list[Path]:
         write_table(folder / f"{name}.parquet", rows, card)
         kept.clear()
     return [folder / f"{name}.parquet"]
-
-
-class _Kept:
-    """What the rows depend on, and the file that keeps them while they are made."""
-
-    def __init__(
-        self,
-        config: Config,
-        series: Series,
-        kind: str,
-        more: Any = None,
-        eyes: Any = None,
-    ) -> None:
-        self.robot = series.robot
-        grasp = {**to_dict(config.grasp), "trials": None}
-        self.facts: dict[str, Any] = {"grasp": grasp, "seed": config.seed, **(more or {})}
-        solvers = [each for each in (series.solver, series.repair) if each is not None]
-        who = [solver_identity(each) for each in solvers]
-        self.network = ", ".join(filter(None, map(network_of, solvers)))
-        code = code_of(__name__, config.grasp.solvers_by_key(), config)
-        made_with = [self.facts, self.robot.urdf_checksum, who, eyes, provenance.versions(), code]
-        name = f"{kind}-{self.robot.name}-{provenance.digest(made_with)}.jsonl"
-        self.path = artifacts(config).root / "checkpoint" / name
 
 
 def _card(config: Config, robot: Robot) -> dict[str, Any]:

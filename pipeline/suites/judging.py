@@ -107,8 +107,10 @@ def judge_answers(
     finite = (np.abs(given) <= FARTHEST).all(axis=1)
     pose = answers.pose.to_numpy(dtype=np.int64)
     joints[pose[finite]] = given[finite]
-    found[pose] = answers.found.to_numpy(dtype=bool) & finite
-    reason[pose] = np.where(finite, np.where(found[pose], "", "not found"), NOT_FINITE)
+    claimed = answers.found.to_numpy(dtype=bool)
+    found[pose] = claimed & finite
+    # A "no" needs no joints; who claims a solution has to show it.
+    reason[pose] = np.where(claimed, np.where(finite, "", NOT_FINITE), "not found")
     nothing = np.full(count, np.nan)
     zeros = np.zeros(count, dtype=np.int64)
     solution = Solution(joints, found, nothing, zeros, tuple(map(str, reason)))

@@ -1,7 +1,7 @@
 """The best configuration of a search against Table I: trainings that cost the same.
 
-What a training costs can be counted in three currencies: seconds on this machine, multiply-adds of
-the network's layers (any machine), or poses seen (any network). One of them is the budget, and
+What a training costs can be counted in three currencies: seconds of processor time, multiply-adds
+of the network's layers (any machine), or poses seen (any network). One of them is the budget, and
 every row has all three, so that a reader sees what the others would have said.
 """
 
@@ -183,19 +183,21 @@ def _train(
     network = build_network(robot, candidate.model)
     cost = PASSES * multiply_adds(network)
     comparison = config.tune.comparison
+    budget_s, poses = None, sets[0]
     if comparison.currency == "seconds":
-        rate = rate or _poses_per_second(robot, candidate, sets[0])
-        budget = comparison.amount * rate
+        # Processor time ends the training; how many poses that will be is only a guess.
+        budget_s = comparison.amount
+        rate = rate or _poses_per_second(robot, candidate, poses)
+        train = spend(candidate.train, budget_s * rate, len(poses.poses))
     else:
         rate = float("nan")
         budget = comparison.amount / (cost if comparison.currency == "multiply_adds" else 1)
-    train = spend(candidate.train, budget, len(sets[0].poses))
+        train = spend(candidate.train, budget, len(poses.poses))
+        poses = poses.first(train.poses)
     label = f"{candidate.name}, seed {replicate + 1} of {comparison.replicates}"
     LOGGER.info("%s: %d poses in %d passes", label, train.poses * train.epochs, train.epochs)
     trainer = Trainer(robot, network, train, TrainingRun(seed, "", label))
-    began = time.perf_counter()
-    progress = trainer.fit(sets[0].first(train.poses), sets[1])
-    seconds = time.perf_counter() - began
+    progress = trainer.fit(poses, sets[1], budget_s=budget_s)
     position, rotation = trainer.objective.errors(trainer.tensor(sets[1].poses))
     return {
         "replicate": replicate,
@@ -211,7 +213,7 @@ def _train(
         "steps": progress.step,
         "poses_seen": progress.step * train.batch_size,
         "multiply_adds": progress.step * train.batch_size * cost,
-        "train_s": seconds,
+        "train_s": progress.processor_s,
         "device": str(trainer.device),
         "position_error_mm": float(position.mean()),
         "rotation_error_deg": float(rotation.mean()),
@@ -220,7 +222,7 @@ def _train(
 
 
 def _poses_per_second(robot: Robot, candidate: Candidate, poses: PoseSet) -> float:
-    """Measure how fast a candidate trains: some steps on a network that is thrown away."""
+    """Guess how many poses a second of processor time trains: steps of a network thrown away."""
     network = build_network(robot, candidate.model)
     trainer = Trainer(robot, network, candidate.train, TrainingRun(0, "", "speed"))
     part = poses.first(min(len(poses.poses), 20 * candidate.train.batch_size))
@@ -228,16 +230,16 @@ def _poses_per_second(robot: Robot, candidate: Candidate, poses: PoseSet) -> flo
     if isinstance(network, IkNetwork):
         network.prepare(data)
     progress, size = Progress(), candidate.train.batch_size
-    began, steps = time.perf_counter(), -WARM_UP_STEPS
-    while steps < TIMED_STEPS or time.perf_counter() - began < TIMED_S:
+    began, steps = time.process_time(), -WARM_UP_STEPS
+    while steps < TIMED_STEPS or time.process_time() - began < TIMED_S:
         if steps == 0:
             _wait_for(trainer.device)
-            began = time.perf_counter()
+            began = time.process_time()
         first = (progress.step * size) % (len(data) - size + 1)
         trainer.step(data[first : first + size], joints[first : first + size], progress, 10**6)
         steps += 1
     _wait_for(trainer.device)
-    return size * steps / (time.perf_counter() - began)
+    return size * steps / (time.process_time() - began)
 
 
 def _wait_for(device: torch.device) -> None:

@@ -19,6 +19,8 @@ SETTINGS = {
     "friction_scale": "grasp.friction_scale",
     "rate_hz": "grasp.physics.rate",
     "iterations": "grasp.physics.iterations",
+    "placements": "grasp.placements",
+    "noise_seed": "grasp.physics.noise_seed",
     "perception": "perception",
     "agent": "agent",
 }

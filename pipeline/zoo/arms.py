@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sysconfig
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -17,6 +18,8 @@ from robots.add import add_robot
 from robots.description import find_description
 
 FILE = "zoo.yaml"
+NAME = r"[a-z][a-z0-9_]*"  # of an arm, which becomes that of a robot
+CHAIN = ("urdf", "base", "tip")  # what the file says of an arm out of a package
 
 
 class MissingArmError(PipelineError):
@@ -73,10 +76,12 @@ def read_zoo(given: Mapping[str, str]) -> tuple[ZooConfig, dict[str, Arm]]:
         given: Sizes that stand in place of the file's, as they were typed.
 
     Raises:
-        ConfigError: A size that is no number, or none that can be.
+        ConfigError: A size that is no number, or none that can be; an arm that says too much or
+            too little.
         FileError: The file lacks a key.
     """
     content = Document(CONF_DIR / FILE, read_yaml(CONF_DIR / FILE))
+    arms = {name: _arm(name, facts) for name, facts in content["arms"].items()}
     sizes: dict[str, Any] = {}
     for field in fields(ZooConfig):
         kind = float if field.name == "minutes" else int
@@ -85,11 +90,22 @@ def read_zoo(given: Mapping[str, str]) -> tuple[ZooConfig, dict[str, Arm]]:
             sizes[field.name] = kind(value)
         except ValueError:
             raise ConfigError(f"{field.name} must be a number, got {value!r}") from None
-    arms = {name: Arm(name, **facts) for name, facts in content["arms"].items()}
     try:
         return ZooConfig(**sizes), arms
     except ValueError as error:
         raise ConfigError(str(error)) from error
+
+
+def _arm(name: str, facts: Any) -> Arm:
+    """Make an arm of its entry: nothing for a robot of robots/, else all of `CHAIN`."""
+    given = {} if facts is None else facts
+    known = isinstance(given, dict) and set(given) in (set(), set(CHAIN))
+    if not known or not re.fullmatch(NAME, str(name)):
+        raise ConfigError(
+            f"{CONF_DIR / FILE}: arm {name} must be small letters, digits and _, and have "
+            f"{', '.join(CHAIN)}, or nothing for a robot of robots/; got {facts}"
+        )
+    return Arm(name, **given)
 
 
 def robot_of_arm(arm: Arm, folder: Path) -> Robot:
@@ -102,6 +118,7 @@ def robot_of_arm(arm: Arm, folder: Path) -> Robot:
     Raises:
         MissingArmError: No installed package has its URDF.
         RobotError: The URDF cannot be used.
+        ConfigError: The folder has a robot of that name with another chain.
     """
     if not arm.urdf:
         return load_robot(arm.name)
@@ -110,4 +127,10 @@ def robot_of_arm(arm: Arm, folder: Path) -> Robot:
         raise MissingArmError(f"no installed package has {arm.urdf}: pip install '.[test]' does")
     if not (folder / arm.name).exists():
         add_robot(path, arm.base, arm.tip, arm.name, folder, folder / "conf")
-    return Robot(find_description(arm.name, folder))
+    robot = Robot(find_description(arm.name, folder))
+    if (robot.base, robot.tip) != (arm.base, arm.tip):
+        raise ConfigError(
+            f"{folder / arm.name} goes from {robot.base} to {robot.tip}, and {FILE} says "
+            f"{arm.base} to {arm.tip}: remove that folder and {folder / 'conf' / arm.name}.yaml"
+        )
+    return robot

@@ -69,6 +69,8 @@ def test_robots_solvers_and_doctor(capsys: pytest.CaptureFixture[str]) -> None:
         (["grasp", "robot=valkyrie", "profile=smoke"], "no grasp scene"),
         (["grasp", "robot=panda", "profile=paper"], "perception=perfect agent=none"),
         (["paper", "hours=soon"], "hours must be a number greater than 0"),
+        (["paper", "hours=nan"], "hours must be a number greater than 0"),
+        (["paper", "plan=yes"], "plan takes true or false, got yes"),
         (["compare", "tests"], "required: B"),
         (["compare", "nowhere", "nowhere"], "there is no folder nowhere"),
         (["robot", "add", "x.urdf"], "x.urdf: no such file"),

@@ -76,3 +76,11 @@ def test_a_number_of_processes_that_cannot_be_is_refused(
 ) -> None:
     assert main(["paper", f"processes={value}"]) == 2
     assert "processes must be a whole number from 1" in capsys.readouterr().err
+
+
+def test_a_plan_that_is_asked_for_in_capitals_runs_nothing(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["paper", *ARGUMENTS, f"results_dir={folder}", "plan=True"]) == 0
+    assert "6 of 6 tasks to run" in capsys.readouterr().out
+    assert not (folder / "ran").exists()

@@ -13,15 +13,19 @@ from pipeline.presentation.published import Published
 from pipeline.presentation.table import Table
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.data import Plot, Topic
-from pipeline.reporting.results import Results
+from pipeline.reporting.results import EVIDENCE, Results
 from pipeline.reporting.topics.outcomes import OUTCOME_COLUMNS, Counted, outcome_bars
 
-EVIDENCE = "evidence"  # folder beside the rows: transcripts and pictures
-SETTINGS = {"perfect": "ground truth", "camera": "camera"}
+SETTINGS = {
+    "perfect": "ground truth",
+    "camera": "camera",
+    "miscalibrated": "camera with calibration error",
+}
 AGENTS = {
     "none": "no agent",
     "policy": "embedded policy",
     "endpoint": "chat endpoint",
+    "local": "language model offline",
     "replay": "recorded replies",
 }
 SUCCESS = OUTCOMES["success"]

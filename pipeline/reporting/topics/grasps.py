@@ -29,6 +29,7 @@ AXES = {
     "friction_scale": ("friction_scale", "friction [times the scene's]"),
     "rate": ("rate_hz", "rate [Hz]"),
     "iterations": ("iterations", "solver iterations"),
+    "noise_seed": ("noise_seed", "seed of the placement noise"),
 }
 PLACE = {"object", "row", "x_m", "y_m"}
 SIDES = {True: "left", False: "right"}  # of the middle of what was laid, seen by the robot

@@ -6,19 +6,14 @@ profile trains none of these networks but the flow.
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 import pandas as pd
 
-from pipeline.data.files import read_json
 from pipeline.presentation.columns import ROBOT, SOLVER, count, number, text, under
-from pipeline.presentation.origin import Origin
-from pipeline.presentation.table import ORIGINS, Table
+from pipeline.presentation.table import Table
+from pipeline.reporting.committed import committed
 from pipeline.reporting.data import Topic
-from pipeline.reporting.results import Results
 
 NAME = "table_three"
-STUDIES = "studies"  # beside the results folders of profiles
 COLUMNS = (
     ROBOT,
     SOLVER,
@@ -66,15 +61,7 @@ def learned_methods(rows: pd.DataFrame) -> Table:
     )
 
 
-def committed(results: Results) -> Table:
-    """Return the table of the study beside a results folder; without rows where there is none."""
-    path = results.folder.parent / STUDIES / f"{NAME}.csv"
-    if not path.exists():
-        return learned_methods(pd.DataFrame())
-    table = learned_methods(pd.read_csv(path))
-    facts = read_json(path.with_name(ORIGINS))[NAME]
-    table.origin = Origin(**{field.name: facts[field.name] for field in fields(Origin)})
-    return table
-
-
-TOPIC = Topic(tables=(lambda data: committed(data.results),), stages=())
+TOPIC = Topic(
+    tables=(lambda data: committed(data.results, NAME, learned_methods),),
+    stages=(),
+)

@@ -32,6 +32,7 @@ from pipeline.reporting.suite_measures import (
     followed_trajectories,
     free_of_collision,
     generator_of,
+    good_poses,
     quick_calls,
     solved_poses,
     times,
@@ -246,7 +247,7 @@ def _true_no(rows: pd.DataFrame, config: ReportConfig) -> dict[str, Any]:
     claimed = rows.found.to_numpy(dtype=bool)
     right = float(rows.explained_right.mean()) if "explained_right" in rows else None
     said = {"claimed": int(claimed.sum()), "explained_share": right}
-    return {**counts(~claimed, config), **said, **errors(rows)}
+    return {**counts(good_poses(rows, config), config), **said, **errors(rows)}
 
 
 def _requested(rows: pd.DataFrame) -> dict[str, str | None]:

@@ -19,7 +19,7 @@ CONFIDENCE = 0.95
 RIVAL = "table_one"
 TITLES = {"best": "best of the search", "default": "default", RIVAL: "Table I"}
 CURRENCIES = {
-    "seconds": "{:g} s of training on this machine each",
+    "seconds": "{:g} s of this machine's processor time each",
     "multiply_adds": "{:.3g} multiply-adds of training each",
     "poses": "{:,.0f} training poses seen each",
 }
@@ -172,7 +172,7 @@ COMPARED = (
     count("parameters", "parameters", lambda line: line.rows.parameters.iloc[0]),
     *under(
         "spent on each training",
-        number("train_s", "time [s]", _mean("train_s")),
+        number("train_s", "processor time [s]", _mean("train_s")),
         number("multiply_adds", "multiply-adds [1e12]", _mean("multiply_adds", per=1e12)),
         count("poses_seen", "poses seen", _mean("poses_seen")),
     ),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
@@ -31,6 +32,25 @@ def test_every_row_has_every_object_apart_from_its_neighbours(robot: str) -> Non
         assert min(gaps) > GRASP.protocol.gap - 0.005  # a yaw that follows the place moves it a bit
         assert ends[0][0] > scene.area.y[0] - 0.005
         assert ends[-1][1] < scene.area.y[1] + 0.005
+
+
+@pytest.mark.parametrize("robot", ["nico", "nicol"])
+def test_in_clutter_neighbours_stand_one_to_four_centimetres_apart(robot: str) -> None:
+    grasp = compose(["profile=smoke", "experiment=clutter"]).grasp
+    scene, gaps = grasp.scenes[robot], []
+    for number in range(60):
+        row = row_setup(grasp, robot, number, seed=0)
+        ends = [
+            (each.place[1] + low, each.place[1] + high)
+            for each in row
+            for low, high in [extent(grasp.objects[each.name], each.yaw, ACROSS)]
+        ]
+        gaps += [after[0] - before[1] for before, after in pairwise(ends)]
+        assert ends[0][0] > scene.area.y[0] - 0.005
+        assert ends[-1][1] < scene.area.y[1] + 0.005
+    assert 0.005 < min(gaps) < 0.015  # a yaw that follows the place moves it a bit
+    assert 0.035 < max(gaps) < 0.045
+    assert_allclose(np.quantile(gaps, [0.25, 0.5, 0.75]), [0.0175, 0.025, 0.0325], atol=0.006)
 
 
 def test_a_row_is_fixed_by_its_number_and_seed() -> None:

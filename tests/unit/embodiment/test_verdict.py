@@ -11,7 +11,7 @@ from pipeline.embodiment.scene_objects import SceneObject
 from pipeline.embodiment.session import Episode, Event
 from pipeline.embodiment.verdict import judge
 from pipeline.grasping.outcome import ActionResult, GraspReport
-from pipeline.grasping.trial import Setup
+from pipeline.grasping.placements import Setup
 from pipeline.perception.detection import Detection, Sighting
 
 PLACE = np.array([0.40, -0.20, 0.83])

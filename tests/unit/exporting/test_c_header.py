@@ -110,6 +110,14 @@ def test_the_network_answers_as_ours(kind: str, name: str, tmp_path: Path) -> No
 
 
 @needs_compiler
+def test_a_single_expert_is_one_too(tmp_path: Path) -> None:
+    source = make_source(load_robot("nico"), "expert", tmp_path)
+    header = CompiledHeader(source, written(source, tmp_path), ("-std=c99", "-O0"))
+    poses = source.robot.forward_kinematics(source.robot.sample(20, seed=3))
+    assert compare(source, poses, header.network(poses)[0], tie=1e-6).largest < 1e-12
+
+
+@needs_compiler
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("kind", ["experts", "mlp", "none"])
 def test_it_compiles_without_a_warning_and_its_program_runs(

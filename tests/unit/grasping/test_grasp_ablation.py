@@ -9,14 +9,20 @@ from typing import Any
 import pytest
 
 from pipeline.config import compose, group_choices
+from pipeline.data.files import read_yaml
 from pipeline.data.rows import RowCheckpoint
 from pipeline.errors import ConfigError
 from pipeline.grasping import series as module
-from pipeline.grasping.ablation import KEY, Study, changed, variants
+from pipeline.grasping.ablation import KEY, PHYSICS, Study, changed, variants
 from pipeline.grasping.series import Series
 from pipeline.grasping.trial import required_scene
+from pipeline.locations import CONF_DIR
 
-STUDIES = [name for name in group_choices("experiment") if name.startswith("grasp_")]
+STUDIES = [
+    name
+    for name in group_choices("experiment")
+    if "ablation" in (read_yaml(CONF_DIR / "experiment" / f"{name}.yaml").get("grasp") or {})
+]
 GRASP = compose(["profile=smoke"]).grasp
 
 
@@ -29,7 +35,7 @@ def test_every_study_of_the_configuration_can_be_made(name: str) -> None:
         varied = changed(config, values)
         assert varied.timing.rate == varied.physics.rate
         for axis, value in values.items():
-            holder = varied.physics if axis in ("rate", "iterations") else varied
+            holder = varied.physics if axis in PHYSICS else varied
             assert getattr(holder, axis) == value
 
 

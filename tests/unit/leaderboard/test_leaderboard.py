@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from pipeline.__main__ import main
+from pipeline.commands.leaderboard import Destination, add_file
 from pipeline.data.tables import read_metadata, read_table, write_table
 from pipeline.evaluation.statistics import shifted_geometric_mean
 from pipeline.leaderboard.boards import machine_name, put, read_boards
@@ -22,6 +23,25 @@ from tests.leaderboard_lines import LINE
 
 def put_all(folder: Path, *changes: dict[str, Any]) -> Path:
     return [put(folder, "desk", {**LINE, **change}) for change in changes][-1]
+
+
+def sent_line(
+    run: Path, folder: Path, columns: dict[str, Any], facts: dict[str, Any] | None = None
+) -> Any:
+    """The line of somebody's answers to `warm` of a run: the right ones, but for some columns."""
+    suite = run / "suite" / "nico" / "warm.parquet"
+    checksum = read_metadata(suite)["suite_checksum"]
+    sent = read_table(suite)[[f"q{joint}" for joint in range(6)]]
+    sent = sent.assign(pose=range(len(sent)), suite_checksum=checksum, **columns)
+    sent.to_parquet(folder / "mine.parquet")
+    said = {"solver": "mine", "robot": "nico", "suite": "warm", "profile": "smoke", "seed": 0}
+    said |= {"versions": {"mine": 1}, "commit": "v1", "threads": 1, "date": "2026-11-27"}
+    said |= {"processor": "a processor", **(facts or {})}
+    (folder / "mine.yaml").write_text(yaml.safe_dump(said))
+    board, _ = add_file(
+        folder / "mine.parquet", Destination(folder / "boards", "desk"), [f"results_dir={run}"]
+    )
+    return read_lines(board).iloc[0]
 
 
 @pytest.fixture(scope="module")
@@ -89,6 +109,43 @@ def test_errors_and_claims_in_a_file_are_not_believed(run: Path, tmp_path: Path)
     assert line.position_median_mm > 10
 
 
+def test_a_column_of_a_sender_that_is_no_answer_is_not_believed(run: Path, tmp_path: Path) -> None:
+    """Who claims nothing has found nothing, whatever else the file says."""
+    line = sent_line(run, tmp_path, {"found": False, "answered": True})
+    assert (line.good, line.claimed_and_wrong) == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("columns", "facts", "words"),
+    [
+        ({"time_us": "fast"}, {}, "time_us must hold numbers"),
+        ({"time_us": 0.0}, {}, "time_us must be above 0"),
+        ({}, {"threads": "two"}, "threads must be a whole number from 1, got 'two'"),
+        ({}, {"seed": "none"}, "seed must be a whole number from 0, got 'none'"),
+        ({}, {"date": "today"}, "date must be a day"),
+        ({}, {"solver": "my solver"}, "solver must be letters"),
+    ],
+)
+def test_what_a_sender_says_wrongly_is_one_sentence(
+    columns: dict[str, Any],
+    facts: dict[str, Any],
+    words: str,
+    run: Path,
+    tmp_path: Path,
+) -> None:
+    with pytest.raises(LeaderboardError, match=words):
+        sent_line(run, tmp_path, columns, facts)
+
+
+def test_poses_of_a_suite_are_no_answers(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    poses = run / "suite" / "nico" / "warm.parquet"
+    add = ["leaderboard", "add", str(poses), "--folder", str(tmp_path), f"results_dir={run}"]
+    assert main(add) == 2
+    assert "holds the poses of a suite and no answers" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -125,6 +182,34 @@ def test_a_board_is_of_one_suite_and_a_machine_of_one_processor(tmp_path: Path) 
         read_boards(tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"position_mm": 10}, "is of position_mm 0, this file of 10"),
+        ({"rotation_deg": 20}, "is of rotation_deg 0, this file of 20"),
+        ({"shift_us": 100}, "shift_us differs between lines"),
+        ({"within_1000us": 90}, "has within_10us, within_100us, this file within_10us, within_100"),
+    ],
+)
+def test_lines_of_other_tolerances_or_limits_are_of_another_board(
+    change: dict[str, Any], words: str, tmp_path: Path
+) -> None:
+    path = put_all(tmp_path, {})
+    before = path.read_bytes()
+    with pytest.raises(LeaderboardError, match=words):
+        put_all(tmp_path, {"solver": "placo", **change})
+    assert path.read_bytes() == before
+
+
+def test_a_line_without_times_is_one(tmp_path: Path) -> None:
+    times = [name for name in LINE if name.endswith("us")]
+    put_all(tmp_path, {}, {"solver": "elsewhere", **dict.fromkeys(times, "")})
+    placed = ranked(read_boards(tmp_path), 0.95).set_index("solver")
+    assert placed["rank"].to_dict() == {"lm": 1, "elsewhere": 1}
+    assert placed.time_geometric_us.isna().to_dict() == {"lm": False, "elsewhere": True}
+    assert not placed.front["elsewhere"]
+
+
 def test_a_column_too_many_or_a_line_twice_is_named(tmp_path: Path) -> None:
     path = put_all(tmp_path, {})
     texts = pd.read_csv(path, dtype=str, keep_default_na=False)
@@ -151,6 +236,15 @@ def test_ranks_are_shared_where_intervals_overlap_and_hold_within_a_machine(tmp_
     assert here.low["slow"] == pytest.approx(0.963, abs=1e-3)
     assert placed[placed.machine == "lap"]["rank"].tolist() == [1]
     assert [line["solver"] for line in overall(placed)] == ["slow", "fast", "bad", "bad"]
+
+
+def test_who_is_on_few_boards_does_not_lead_over_all(tmp_path: Path) -> None:
+    good = {"good": 100, "good_poses": 100}
+    put_all(tmp_path, {"solver": "lm"}, {"solver": "lm", "robot": "panda"})
+    put_all(tmp_path, {"solver": "placo", "robot": "panda", **good})
+    found = overall(ranked(read_boards(tmp_path), 0.95))
+    assert [(line["solver"], line["boards"]) for line in found] == [("lm", 2), ("placo", 1)]
+    assert found[0]["mean_rank"] > found[1]["mean_rank"]
 
 
 def test_the_front_has_those_that_none_beats_in_both(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from pipeline.config import compose
 from pipeline.errors import PerceptionError
-from pipeline.perception.camera import EyeCamera, dimmed, mounted, take_picture
+from pipeline.perception.camera import EyeCamera, dimmed, drawn_offset, mounted, take_picture
 from pipeline.perception.config import PerturbationConfig
 from pipeline.perception.layout import Laid
 from pipeline.perception.studio import Studio
@@ -64,6 +64,23 @@ def test_a_shift_moves_the_place_as_far_where_it_is_level() -> None:
     left = camera.believed.pose[:3, 1]
     across = left - left[2] * camera.actual.pose[:3, 0] / camera.actual.pose[2, 0]
     assert moved == pytest.approx(-0.01 * across, abs=1e-3)
+
+
+def test_a_calibration_error_has_its_size_and_hangs_on_the_seed_alone() -> None:
+    wrong = compose(["perception=miscalibrated"]).perception
+    size = wrong.calibration_error
+    first, again, other = (drawn_offset(size, seed) for seed in (3, 3, 4))
+    assert (first == again).all()
+    for pose in (first, other):
+        assert np.linalg.norm(pose[:3, 3]) == pytest.approx(size.translation)
+        # The trace of a rotation is 1 + 2 cos of its angle.
+        assert np.arccos((np.trace(pose[:3, :3]) - 1) / 2) == pytest.approx(size.rotation)
+    assert np.linalg.norm(first - other) > size.translation
+    robot = load_robot("nico")
+    camera = EyeCamera(robot, EYE, NOTHING, first)
+    assert camera.believed.pose == pytest.approx(mounted(robot).pose)
+    assert camera.actual.pose == pytest.approx(mounted(robot).pose @ first)
+    assert (wrong.title, CONFIG.perception.title) == ("miscalibrated", "camera")
 
 
 def test_nothing_is_wrong_unless_requested(studio: Studio) -> None:

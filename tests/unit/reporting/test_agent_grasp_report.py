@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import base64
+import io
 from pathlib import Path
 
 import pandas as pd
+from PIL import Image
 from synthetic import PUBLISHED, report_config
 
 from pipeline.data.tables import write_table
 from pipeline.presentation.published import read_published
 from pipeline.reporting.report import make_report
-from pipeline.reporting.results import read_results
+from pipeline.reporting.results import EVIDENCE, read_results
 from pipeline.reporting.topics.agent import agent_failures, agent_grasping, agent_trials
 from pipeline.reporting.topics.outcomes import outcome_bars
+from pipeline.reporting.wall import THUMBNAIL, walls
 
 CLASSES = ["Success"] * 7 + ["Detection", "LLM", "Slipped"]
 
@@ -58,6 +62,36 @@ def test_every_failure_is_linked_to_its_picture_and_transcript(tmp_path: Path) -
     assert f'<a href="{link}">trial008.png</a>' in shown
     assert "row001.jsonl</a>" in shown
     assert "<b>lost" not in shown
+
+
+def test_a_wall_has_every_trial_in_the_colour_of_its_class_with_what_is_kept_of_it(
+    tmp_path: Path,
+) -> None:
+    write_trials(tmp_path, "nico", "camera-policy")
+    folder = tmp_path / "grasp_agent" / "nico" / "camera-policy"
+    (folder / EVIDENCE).mkdir()
+    Image.new("RGB", (640, 480), "red").save(folder / EVIDENCE / "trial008.png")
+    (folder / EVIDENCE / "trial009.png").write_bytes(b"no picture")
+    (folder / EVIDENCE / "row001.jsonl").write_text("{}")
+    (folder / "trial009_slipped.mp4").write_bytes(b"")
+    (wall,) = walls(read_results(tmp_path))
+    assert [tile.trial for tile in wall.tiles] == [*range(10)]
+    assert {name: count for name, (_, count) in wall.legend.items()} == {
+        **{"Success": 7, "Slipped": 1, "Detection": 1, "LLM": 1}
+    }
+    red, damaged, plain = wall.tiles[8], wall.tiles[9], wall.tiles[0]
+    content = base64.b64decode(red.thumbnail.partition(",")[2])
+    with Image.open(io.BytesIO(content)) as thumbnail:
+        assert thumbnail.size == THUMBNAIL
+    base = "grasp_agent/nico/camera-policy"
+    assert red.links["picture"] == f"{base}/evidence/trial008.png"
+    assert damaged.links == {
+        "picture": f"{base}/evidence/trial009.png",
+        "transcript": f"{base}/evidence/row001.jsonl",
+        "film": f"{base}/trial009_slipped.mp4",
+    }
+    assert (damaged.thumbnail, plain.thumbnail, plain.links) == ("", "", {})
+    assert len({tile.colour for tile in wall.tiles}) == 4
 
 
 def test_the_report_has_the_chapter(tmp_path: Path) -> None:

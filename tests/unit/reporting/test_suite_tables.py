@@ -164,3 +164,11 @@ def test_of_those_that_are_level_the_quickest_leads():
     assert line["best_us"] == pytest.approx(np.exp(np.log(times + 10.0).mean()) - 10.0)
     assert line["apart"] == "yes"
     assert 8.0 < line["best_us"] < line["best_high"] < line["second_low"] < line["second_us"] < 21.0
+
+
+@pytest.mark.parametrize("reason", ["no answer", "joints were not finite"])
+def test_silence_is_no_true_no(reason):
+    given = rows("mine", "unreachable", 0)
+    said = given.assign(reason=["out of reach"] * 40 + [reason] * 60)
+    (line,) = records(unreachable, mine=said)
+    assert (line["success"], line["claimed"]) == (0.4, 0)

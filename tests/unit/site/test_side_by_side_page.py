@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -63,3 +64,10 @@ def test_intervals_that_touch_overlap() -> None:
     assert verdict(line) == "within"
     assert verdict({**line, "low_b": 1.6}) == "differs"
     assert verdict({**line, "high_b": float("nan")}) == "no interval"
+
+
+def test_a_folder_without_evaluations_has_nothing_to_compare() -> None:
+    given = data(("lm",))
+    empty = replace(given, summary=given.summary.iloc[:0])
+    assert set(verdicts(given, empty).values()) == {"only in one"}
+    assert verdicts(empty, empty) == {}

@@ -13,10 +13,12 @@ from pipeline.leaderboard.boards import put, read_boards
 from pipeline.presentation.columns import number, share, text
 from pipeline.presentation.origin import Origin
 from pipeline.presentation.table import Table
+from pipeline.reporting.summary import summarise
 from pipeline.site.boards import leaderboard_page
 from pipeline.site.build import Site, inline, sheets_of, write_site
 from pipeline.site.charts import spread
 from pipeline.site.content import protocol_table, studies_page, suite_table, with_linked_files
+from pipeline.site.figures import error_and_time
 from pipeline.site.files import SiteError, claim, copied
 from pipeline.site.parts import Page, Prose, Section, Sheet
 from pipeline.site.sheet import row_keys, view_of
@@ -24,7 +26,7 @@ from pipeline.site.studies import described
 from tests.leaderboard_lines import LINE
 from tests.pages import ROOT
 from tests.site_pages import Parsed, parsed
-from tests.unit.reporting.synthetic import report_config
+from tests.unit.reporting.synthetic import raw_rows, report_config
 
 ODD = """<script>alert("1")</script> & 'odd' "name" """
 STUDIES = ROOT / "results" / "studies"
@@ -189,6 +191,7 @@ def test_a_second_site_leaves_nothing_of_the_first_and_a_strange_folder_alone(
     page = Page("index", "Start", "", [Section("t", "", [Sheet(odd_table())])])
     write_site(Site("A", "quick", [page, Page("more", "More", "")], []), made)
     assert (made / "data" / "odd.csv").exists()
+    claim(made)  # its pages say that they are ours
     bare = Page("index", "Start", "", [Section("t", "", [Prose(Markup("<p>1</p>"))])])
     write_site(Site("A", "quick", [bare], []), made)
     there = {path.name for path in made.rglob("*") if path.is_file()}
@@ -198,6 +201,37 @@ def test_a_second_site_leaves_nothing_of_the_first_and_a_strange_folder_alone(
     with pytest.raises(SiteError, match="holds other files"):
         claim(tmp_path / "mine")
     assert (tmp_path / "mine" / "letter.html").read_text() == "dear"
+
+
+def test_pages_of_somebody_with_a_style_of_that_name_are_left_alone(tmp_path: Path) -> None:
+    for name in ("site.css", "index.html", "diary.html"):
+        (tmp_path / name).write_text("mine")
+    with pytest.raises(SiteError, match="holds other files"):
+        claim(tmp_path)
+    assert {path.read_text() for path in tmp_path.iterdir()} == {"mine"}
+
+
+def test_a_site_that_was_stopped_is_gone_on_with(tmp_path: Path) -> None:
+    claim(tmp_path)
+    (tmp_path / "figures").mkdir()
+    claim(tmp_path)
+
+
+def test_a_copy_is_of_what_the_file_holds(tmp_path: Path) -> None:
+    source = tmp_path / "a.png"
+    source.write_bytes(b"now")
+    copy = tmp_path / "site" / copied(source, tmp_path / "site", "figures", "a.png")
+    copy.write_bytes(b"old")  # as long, and later
+    copied(source, tmp_path / "site", "figures", "a.png")
+    assert copy.read_bytes() == b"now"
+
+
+def test_what_has_no_place_on_a_logarithmic_axis_is_not_drawn() -> None:
+    summary = summarise(raw_rows(solver="lm"), report_config())
+    (chart,) = error_and_time(summary)
+    assert chart.svg.count("<circle") == 1
+    for name, value in (("position_error_mm_median", float("nan")), ("time_per_pose_mean_us", 0.0)):
+        assert error_and_time(summary.assign(**{name: value})) == []
 
 
 def test_files_that_a_table_links_to_are_copied_beside_the_pages(tmp_path: Path) -> None:

@@ -112,3 +112,13 @@ def test_a_file_that_is_none(
     path.write_text("pose,q0\n")
     with pytest.raises(SuiteError, match="is not a readable Parquet file"):
         judge(path, "mine", warm, arm, evaluate, 0)
+
+
+def test_a_no_needs_no_joints_and_a_claim_does(judged: Any, warm: Suite) -> None:
+    frame = answers(warm).assign(q0=np.nan, found=[True, False, False, False, False])
+    made = judged(frame)
+    assert not made.rows.found.any()
+    assert made.rows.reason.tolist() == ["joints were not finite", *["not found"] * 4]
+    assert made.notes == [
+        "mine.parquet: 1 of 5 poses have joints that are not finite, the first is pose 0."
+    ]

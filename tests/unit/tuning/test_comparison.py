@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,6 +17,7 @@ from pipeline.data.files import write_sealed_yaml
 from pipeline.data.tables import read_table, write_table
 from pipeline.errors import PipelineError
 from pipeline.learning.factory import build_network
+from pipeline.learning.trainer import Trainer
 from pipeline.reporting.results import read_results
 from pipeline.reporting.topics.tuning import tuned_against_table_one, welch
 from pipeline.tuning.comparison import (
@@ -77,6 +79,32 @@ def test_trainings_see_the_same_poses_differ_by_seed_and_are_kept(tmp_path: Path
     again = run_comparison(robot, config, chosen, (poses, poses.first(60)), path, keep)
     assert written == [1, 2, 3, 4]
     pd.testing.assert_frame_equal(again, rows)
+
+
+def test_a_budget_of_seconds_is_kept_however_slow_the_machine_becomes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now, rates = [0.0], []
+    monkeypatch.setattr("pipeline.learning.trainer.time.process_time", lambda: now[0])
+    monkeypatch.setattr("pipeline.tuning.comparison._poses_per_second", lambda *_: 1000.0)
+    made = Trainer.step
+
+    def slow(self: Trainer, *args: Any) -> None:
+        rates.append(self.learning_rate(args[2].step, args[3]))
+        now[0] += 0.25 if now[0] < 5 else 0.5  # as if another program came
+        made(self, *args)
+
+    monkeypatch.setattr(Trainer, "step", slow)
+    config = compose([*SMOKE, "tune.comparison.amount=10", "tune.comparison.replicates=2"])
+    robot = load_robot("nico")
+    joints = np.random.default_rng(0).uniform(robot.lower, robot.upper, (200, robot.dof))
+    poses = PoseSet(robot.forward_kinematics(joints), joints)
+    chosen = [Candidate("best", config.train, config.model)]
+    rows = run_comparison(robot, config, chosen, (poses, poses), Path("none"), lambda _: None)
+    assert rows.train_s.tolist() == [10.0, 10.0]
+    assert rows.poses_seen.tolist() == [n * config.train.batch_size for n in (20 + 10, 20)]
+    assert rates[20] == pytest.approx(config.train.learning_rate / 2, rel=0.1)  # half the time
+    assert rates[-1] < 0.1 * config.train.learning_rate
 
 
 def test_a_best_that_is_the_default_stays_apart_when_a_killed_comparison_goes_on(
@@ -166,4 +194,4 @@ def test_the_report_says_who_beats_table_one_and_who_is_not_shown_to(tmp_path: P
     ]
     assert shown[0]["name"] == "best of the search (compact)"
     assert shown[0]["position_difference"].startswith("−28 [−28.")
-    assert table.notes == ["NICO: equal budget is 80 s of training on this machine each."]
+    assert table.notes == ["NICO: equal budget is 80 s of this machine's processor time each."]

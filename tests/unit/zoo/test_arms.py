@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.errors import ConfigError
+from pipeline.locations import CONF_DIR
 from pipeline.zoo import arms
 from pipeline.zoo.arms import Arm, MissingArmError, read_zoo, robot_of_arm
 from tests.small_arms import arm, save
@@ -57,3 +58,37 @@ def test_a_package_that_is_not_there_is_named(libraries: Path, tmp_path: Path) -
 def test_an_arm_without_a_file_is_one_of_the_project(tmp_path: Path) -> None:
     assert robot_of_arm(Arm("nico"), tmp_path).dof == 6
     assert not list(tmp_path.iterdir())
+
+
+def test_a_robot_that_was_brought_in_with_another_chain_is_not_taken(
+    libraries: Path, tmp_path: Path
+) -> None:
+    urdf = save(libraries, arm(4))
+    robot_of_arm(Arm("guest", urdf.name, "b", "l4"), tmp_path / "robots")
+    with pytest.raises(ConfigError, match=r"goes from b to l4, and zoo.yaml says b to l3"):
+        robot_of_arm(Arm("guest", urdf.name, "b", "l3"), tmp_path / "robots")
+
+
+@pytest.mark.parametrize(
+    ("entry", "fits"),
+    [
+        ("nico:", True),
+        ("nico: {}", True),
+        ("guest: {urdf: a.urdf, base: b, tip: t}", True),
+        ("guest: {urdf: a.urdf, base: b}", False),
+        ("guest: {urdf: a.urdf, base: b, tip: t, end: e}", False),
+        ("guest: a.urdf", False),
+        ("Guest: {urdf: a.urdf, base: b, tip: t}", False),
+    ],
+)
+def test_an_entry_is_a_robot_or_a_whole_chain(
+    entry: str, fits: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = (CONF_DIR / arms.FILE).read_text(encoding="utf-8").partition("arms:")[0]
+    (tmp_path / arms.FILE).write_text(f"{text}arms:\n  {entry}\n", encoding="utf-8")
+    monkeypatch.setattr(arms, "CONF_DIR", tmp_path)
+    if fits:
+        assert len(read_zoo({})[1]) == 1
+        return
+    with pytest.raises(ConfigError, match=r"arm (g|G)uest must be small letters"):
+        read_zoo({})
