@@ -1,4 +1,4 @@
-"""What only some solvers do: many solutions of a pose, poses in part, and reasons for a "no"."""
+"""What only some solvers do: many solutions, poses in part, motions, and reasons for a "no"."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baselines.checks import check_initial, check_poses, count_settings, positive_settings
-from baselines.errors import AbilityError, PoseError
+from baselines.errors import AbilityError, InitialError, PoseError
 from baselines.freedom import Freedom, widths_of
 from robots.arguments import as_floats
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-MANY, PARTIAL, EXPLAIN = "solve_all", "solve_partial", "explain"
+MANY, PARTIAL, EXPLAIN, FOLLOW = "solve_all", "solve_partial", "explain", "follow"
 AVOID = "avoid"  # of `Solver.solve`
 
 
@@ -30,7 +30,7 @@ class Abilities:
     """The part of the solver protocol that a solver may leave out.
 
     Attributes:
-        abilities: Which of "solve_all", "solve_partial", "explain" and "avoid" it has.
+        abilities: Which of "solve_all", "solve_partial", "explain", "follow" and "avoid" it has.
     """
 
     name: str
@@ -41,8 +41,8 @@ class Abilities:
         """Say why this solver has no such ability, or None if it has it.
 
         Args:
-            ability: Name of a method, "solve_all", "solve_partial" or "explain", or "avoid", an
-                argument of `Solver.solve`.
+            ability: Name of a method, "solve_all", "solve_partial", "explain" or "follow", or
+                "avoid", an argument of `Solver.solve`.
         """
         if ability in self.abilities:
             return None
@@ -122,6 +122,56 @@ class Abilities:
         self._need(EXPLAIN)
         return self._explain(_one_pose(pose))
 
+    def follow(self, poses: ArrayLike, last: ArrayLike, budget: Budget | None = None) -> Solution:
+        """Find joints for poses that follow others in a motion, from the answers to those.
+
+        Unlike `Solver.solve` with the same guess, it keeps a motion on its branch of solutions
+        where it can: between two answers an arm with joints to spare moves away from its limits.
+
+        Args:
+            poses: (N, 7) targets as for `Solver.solve`; each may be of another motion.
+            last: (dof,) or (N, dof) answers to the poses before, see `initial` of `Solver.solve`.
+            budget: See `Solver.solve`.
+
+        Returns:
+            One row per pose.
+
+        Raises:
+            AbilityError: This solver answers every pose for itself.
+            PoseError: As `Solver.solve`.
+            InitialError: As `Solver.solve`.
+            BudgetError: As `Solver.solve`.
+        """
+        self._need(FOLLOW)
+        count = len(check_poses(poses))
+        self._guesses(last, count)
+        # As they came: the kernel makes quaternions unit by itself, and twice is not the same bits.
+        targets = np.array(as_floats(poses, "poses", PoseError), order="C").reshape(count, 7)
+        rows = np.broadcast_to(
+            as_floats(last, "last joints", InitialError), (count, self.robot.dof)
+        )
+        return self._follow(targets, np.array(rows, order="C"), budget)
+
+    def follow_one(self, pose: ArrayLike, last: ArrayLike) -> tuple[Array, bool]:
+        """Find joints for the next pose of a motion, under the solver's own budget.
+
+        What `follow` answers to a batch of one, by the shortest path there is.
+
+        Args:
+            pose: (7,) target in the base frame, x y z in m, then unit qw qx qy qz.
+            last: (dof,) answer to the pose before [rad or m].
+
+        Returns:
+            As `Solver.solve_one`.
+
+        Raises:
+            AbilityError: As `follow`.
+            PoseError: As `Solver.solve`.
+            InitialError: As `Solver.solve`.
+        """
+        solution = self.follow(_one_pose(pose)[None], last)
+        return solution.joints[0], bool(solution.found[0])
+
     def _solve_all(self, pose: Array, count: int, apart: float, guess: Array | None) -> Array:
         """Solve a checked pose (7,) up to `count` times, sorted by a guess (dof,)."""
         raise NotImplementedError
@@ -130,6 +180,10 @@ class Abilities:
         self, poses: Array, widths: Array, initial: Array | None, budget: Budget | None
     ) -> Solution:
         """Solve checked poses (N, 7) under widths (N, 6), from guesses (N, dof) or none."""
+        raise NotImplementedError
+
+    def _follow(self, poses: Array, last: Array, budget: Budget | None) -> Solution:
+        """Solve poses (N, 7) from the answers (N, dof) to those before, both as they came."""
         raise NotImplementedError
 
     def _explain(self, pose: Array) -> Explanation:

@@ -176,7 +176,7 @@ class CompiledQuerySolver(Solver):
             if outcome is None:
                 return None
             outcomes.append(outcome)
-        return _solution(answers, outcomes)
+        return solution_of(answers, outcomes)
 
     def _answer(
         self, pose: ArrayLike, initial: ArrayLike | None, answer: Array, options: LmOptions
@@ -217,7 +217,8 @@ class CompiledQuerySolver(Solver):
         return given[1]
 
 
-def _solution(answers: Array, outcomes: Sequence[tuple[int, int, int, int]]) -> Solution:
+def solution_of(answers: Array, outcomes: Sequence[tuple[int, int, int, int]]) -> Solution:
+    """Return answers (N, dof) with the status, iterations, starts and time [ns] of each."""
     return Solution(
         answers,
         np.array([outcome[0] == 0 for outcome in outcomes]),

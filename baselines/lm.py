@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from baselines.abilities import AVOID
+from baselines.abilities import AVOID, FOLLOW
 from baselines.avoid import refine_avoiding
 from baselines.avoid_kernel import Slide
 from baselines.checks import (
@@ -17,14 +18,16 @@ from baselines.checks import (
     positive_settings,
     thread_setting,
 )
-from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
+from baselines.compiled_query import CompiledQuery, joint_range
 from baselines.errors import SettingError
+from baselines.following import FollowingSolver
 from baselines.kernel_abilities import KernelAbilities
 from baselines.lm_kernel import LmOptions
 from baselines.lm_query import lm_query, near_rows
 from baselines.protocol import Budget, Solution
 from baselines.refine import Refined, refine
 from baselines.seed_library import LIBRARY_SEED, SeedLibrary, build_seed_library
+from robots.arguments import as_float
 from robots.pose_bound import pose_bound
 
 if TYPE_CHECKING:
@@ -37,7 +40,7 @@ Array = NDArray[np.float64]
 UNLIMITED = 2**62
 
 
-class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
+class LevenbergMarquardt(KernelAbilities, FollowingSolver):
     """Levenberg-Marquardt with joint limits as an active set and random restarts.
 
     Args:
@@ -47,6 +50,8 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
             nowhere, before random configurations.
         max_jump: How far each joint may be from the initial guess, or from home without one
             [rad or m]; what is further is not found. None allows any distance.
+        null_space: Where a motion is followed, largest motion of a joint within the null space,
+            away from the limits, as a share of the largest in the step to the target; 0 for none.
         avoid_steps: Steps within the null space in which joints that collide are moved away, where
             `solve` has something to avoid; 0 takes the first free one of many answers.
         avoid_margin_m: What is nearer than the clearance and this is pushed away [m].
@@ -59,7 +64,7 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
         **options: The other fields of `LmOptions`.
     """
 
-    abilities: ClassVar[frozenset[str]] = KernelAbilities.abilities | {AVOID}
+    abilities: ClassVar[frozenset[str]] = KernelAbilities.abilities | {AVOID, FOLLOW}
 
     def __init__(
         self,
@@ -68,6 +73,7 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
         seed_library: int,
         neighbours: int,
         max_jump: float | None,
+        null_space: float,
         avoid_steps: int,
         avoid_margin_m: float,
         avoid_move: float,
@@ -84,6 +90,9 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
         self.max_jump = max_jump
         if max_jump is not None:
             self.max_jump = positive_settings({"max_jump": max_jump})["max_jump"]
+        self.null_space = as_float(null_space, "null_space", SettingError)
+        if not 0.0 <= self.null_space < math.inf:
+            raise SettingError(f"expected null_space to be finite and at least 0, got {null_space}")
         pushed = positive_settings({"avoid_margin_m": avoid_margin_m, "avoid_move": avoid_move})
         steps = count_settings({"avoid_steps": avoid_steps}, least=0)["avoid_steps"]
         if not 0.0 <= return_share < 1.0:
@@ -148,7 +157,7 @@ class LevenbergMarquardt(KernelAbilities, CompiledQuerySolver):
 
     def lacks(self, ability: str) -> str | None:
         """See `Abilities`: within a largest jump there is one descent and no more."""
-        if self.max_jump is not None and ability in self.abilities:
+        if self.max_jump is not None and ability in self.abilities - {FOLLOW}:
             return f"solver {self.name!r} has no {ability} with max_jump={self.max_jump:g}"
         return super().lacks(ability)
 

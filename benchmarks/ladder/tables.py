@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import pandas as pd
 
 from benchmarks.ladder.cells import Cell
-from benchmarks.ladder.owners import OWNERS, Gain, gains
+from benchmarks.ladder.owners import OWNERS, UNDECIDED, Gain, gains
 from pipeline.presentation.columns import (
     ROBOT,
     SOLVER,
@@ -110,7 +110,8 @@ def tables(rows: pd.DataFrame) -> Iterator[Table]:
             *WHICH,
             count("trials", "trials"),
             count("lost", "lost", lambda line: line.trials - line.ended("success")),
-            *under("owned by", *map(_owned, OWNERS)),
+            *under("owned by", *(_owned(owner) for owner in OWNERS if owner != UNDECIDED)),
+            _owned(UNDECIDED),
         ),
         name="ladder_owners",
         title="Owners of lost trials",

@@ -167,6 +167,8 @@ def _call(task: EvaluationTask, budget: Budget | None) -> Solution:
     try:
         if task.in_part and task.freedoms is not None:
             solution = task.solver.solve_partial(task.poses, task.freedoms, task.initial, budget)
+        elif task.asks_to_follow and task.initial is not None:
+            solution = task.solver.follow(task.poses, task.initial, budget)
         else:
             solution = task.solver.solve(task.poses, initial=task.initial, budget=budget, **further)
     except (SolverError, ArithmeticError, RuntimeError, np.linalg.LinAlgError) as error:

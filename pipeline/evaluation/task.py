@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines import Budget, Freedom, Solver
-from baselines.abilities import AVOID, PARTIAL
+from baselines.abilities import AVOID, FOLLOW, PARTIAL
 from pipeline.evaluation.config import HOME, EvaluateConfig
 
 if TYPE_CHECKING:
@@ -95,6 +95,15 @@ class EvaluationTask:
     def asks_to_avoid(self) -> bool:
         """Whether the solver is told what to avoid."""
         return self.avoid is not None and self.solver.lacks(AVOID) is None
+
+    @property
+    def asks_to_follow(self) -> bool:
+        """Whether all poses follow others, and the solver is told so."""
+        return (
+            self.follows is not None
+            and bool(self.follows.all())
+            and self.solver.lacks(FOLLOW) is None
+        )
 
     def seeded(self) -> EvaluationTask:
         """Return the same task with the seeder's answers as initial guesses."""

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 import baselines
 from baselines import Budget, SettingError, Solution
-from baselines.abilities import AVOID
+from baselines.abilities import AVOID, FOLLOW
 from baselines.avoid import refine_avoiding
-from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
+from baselines.compiled_query import CompiledQuery, joint_range
+from baselines.following import FollowingSolver
 from baselines.kernel_abilities import KernelAbilities
 from baselines.lm import LevenbergMarquardt
 from baselines.lm_kernel import LmOptions
@@ -29,7 +30,7 @@ from robots.suggestions import unknown_name
 POSITION, ROTATION = "position_tolerance_m", "rotation_tolerance_rad"
 
 
-class RefinedSolver(KernelAbilities, CompiledQuerySolver):
+class RefinedSolver(KernelAbilities, FollowingSolver):
     """The best hypotheses of a neural solver, each refined to the tolerances of `lm`.
 
     Then come the nearest configurations of the seed library and random restarts. An initial guess
@@ -53,15 +54,15 @@ class RefinedSolver(KernelAbilities, CompiledQuerySolver):
 
     Attributes:
         proposer: The neural solver.
-        kernel: The solver `lm`, whose damping is used, and whose tolerances unless the proposer's
-            are tighter.
+        kernel: The solver `lm`, whose damping and motion in the null space are used, and whose
+            tolerances unless the proposer's are tighter.
 
     Raises:
         SettingError: The proposer is not a neural solver, or has no such setting.
     """
 
     requires: ClassVar[tuple[str, ...]] = ("torch",)
-    abilities: ClassVar[frozenset[str]] = KernelAbilities.abilities | {AVOID}
+    abilities: ClassVar[frozenset[str]] = KernelAbilities.abilities | {AVOID, FOLLOW}
 
     def __init__(
         self,
@@ -90,7 +91,7 @@ class RefinedSolver(KernelAbilities, CompiledQuerySolver):
         tolerances = {POSITION: distance, ROTATION: angle}
         kernel = baselines.load("lm", robot, time_s=time_s, iterations=iterations, **tolerances)
         assert isinstance(kernel, LevenbergMarquardt)
-        self.kernel = kernel
+        self.kernel, self.null_space = kernel, kernel.null_space
 
     @property
     def threads(self) -> int:

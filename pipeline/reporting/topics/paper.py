@@ -173,10 +173,11 @@ def numerical_comparison(summary: pd.DataFrame, published: Published) -> Table:
         "1 deg of them with joint limits kept, with its Wilson interval.",
         notes=[
             *_note_on_poses(summary),
-            "The paper's numerical solvers ran with 1 ms per pose in MoveIt; budgets here are "
-            "those of the configuration. Its network ran on a graphics processor. A solver that is "
-            "unpinned may use every core; TRAC-IK races two threads, which share one core "
-            "otherwise.",
+            "The paper's numerical solvers ran with 1 ms per pose in MoveIt, BioIK on four "
+            "threads; budgets here are those of the configuration, in profile=paper 4 ms of one "
+            "core for BioIK and 2 ms for TRAC-IK: the processor time of their threads there. Its "
+            "network ran on a graphics processor. A solver that is unpinned may use every core; "
+            "TRAC-IK races two threads, which share one core otherwise.",
         ],
     )
 

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from baselines import Solution, Solver
+from baselines.abilities import FOLLOW
 from pipeline.data.dataset import joint_columns
 from pipeline.evaluation.config import EvaluateConfig
 from pipeline.evaluation.runner import evaluate_solver, plan_chunks
@@ -35,11 +36,20 @@ class Adds(Solver):
         return replace(solution, joints=initial + 0.01, reason=("no",) * len(poses))
 
 
-def task(robot: Robot, suite: Suite) -> EvaluationTask:
+class Follows(Adds):
+    """Adds more where it follows a motion."""
+
+    abilities = frozenset({FOLLOW})
+
+    def _follow(self, poses: Any, last: Any, budget: Any) -> Solution:
+        return replace(Solution.empty(len(poses), self.robot.dof), joints=last + 0.03)
+
+
+def task(robot: Robot, suite: Suite, solver: type[Solver] = Adds) -> EvaluationTask:
     problems = suite.problems
     return EvaluationTask(
         robot,
-        Adds(robot),
+        solver(robot),
         problems.poses,
         initial=initial(problems, robot),
         follows=follows(problems),
@@ -68,6 +78,9 @@ def test_a_waypoint_starts_from_the_answer_before(
     wanted = [first[0] + 0.01, first[0] + 0.02, first[0] + 0.03, first[1] + 0.01, first[1] + 0.02]
     np.testing.assert_allclose(joints, wanted)
     np.testing.assert_allclose(rows.joint_step, [np.nan, 0.01, 0.01, np.nan, 0.01])
+    told = evaluate_solver(task(arm, followed, Follows), evaluate)
+    off = told[["q0", "q1"]].to_numpy() - first[[0, 0, 0, 1, 1]]
+    np.testing.assert_allclose(off[:, 0], [0.01, 0.04, 0.07, 0.01, 0.04])
     assert {*COLUMNS} <= {*rows}
     (tmp_path / "batch1_00000000.parquet").unlink()
     again = task(arm, followed)

@@ -1,0 +1,144 @@
+"""What the motion in the null space does where trajectories are followed, with it and without.
+
+    python -m benchmarks.following [--robots panda ...] [--solvers lm ...] [--write]
+
+The trajectories are those of the suite `tracking`; a step is one call of `follow_one` (with), or of
+`solve_one` from the answer before (without). Robots of `benchmarks.package_robots` are added where
+they are not there yet. Prints a Markdown table: trajectories with a miss or a step of more than
+0.1 rad or m; the largest step of the others, and of the motion that made them; mean errors; the
+mean distance from that motion; the 10th percentile of the time of a step.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from baselines import SkippedSolver
+from baselines.following import FollowingSolver
+from benchmarks.package_robots import ensure
+from benchmarks.query import markdown
+from benchmarks.studies import write_study
+from pipeline import load_robot, load_solver
+from pipeline.config import compose
+from pipeline.reporting.suite_measures import JUMP
+from pipeline.suites.generators import generate
+from pipeline.suites.problems import Problems
+from robots import Robot
+from robots.rotations import rotation_angle
+
+Array = NDArray[np.float64]
+
+NAMES = ("panda", "fetch", "nicol", "nico", "iiwa")
+SOLVERS = ("lm", "cycleik_refined")
+TITLE = (
+    "Trajectories of the suite `tracking`, every pose from the answer before: with the motion in\n"
+    "the null space (`follow`) and without. Jumps: trajectories with a miss or a step of more\n"
+    f"than {JUMP:g} rad (m). Steps in rad (m): the largest of those that do not jump, and of the\n"
+    "motion that made them; drift is the mean distance from it, the joint that is furthest off."
+)
+
+
+@dataclass(frozen=True)
+class Followed:
+    """Answers to all poses, whether each was found, and the time of its call [us]."""
+
+    joints: Array
+    found: NDArray[np.bool_]
+    time_us: Array
+
+
+def follow(step: Callable[..., Any], problems: Problems) -> Followed:
+    """Answer poses one after the other, the first of a trajectory from its known configuration."""
+    poses, known, number = problems.poses, problems.joints, problems.further["step"]
+    joints, found, spent = np.empty_like(known), np.zeros(len(poses), dtype=bool), []
+    for row, pose in enumerate(poses):
+        last = known[row] if number[row] == 0 else joints[row - 1]
+        began = time.perf_counter_ns()
+        joints[row], found[row] = step(pose, last)
+        spent.append((time.perf_counter_ns() - began) / 1e3)
+    return Followed(joints, found, np.array(spent))
+
+
+def measures(robot: Robot, problems: Problems, answers: Followed) -> Iterator[dict[str, Any]]:
+    """Give the figures of each rate."""
+    reached = robot.forward_kinematics(answers.joints)
+    distance = 1e3 * np.linalg.norm(reached[:, :3] - problems.poses[:, :3], axis=1)
+    angle = np.degrees(rotation_angle(reached[:, 3:], problems.poses[:, 3:]))
+    first = problems.further["step"] == 0
+    own, known = (_steps(joints, first) for joints in (answers.joints, problems.joints))
+    number, off = problems.further["trajectory"], np.abs(answers.joints - problems.joints)
+    for rate in np.unique(problems.further["rate_hz"]):
+        rows = problems.further["rate_hz"] == rate
+        jumping = np.unique(number[rows & ((own > JUMP) | ~answers.found)])
+        kept = rows & ~np.isin(number, jumping)
+        yield {
+            "hz": int(rate),
+            "trajectories": len(np.unique(number[rows])),
+            "jumps": len(jumping),
+            "largest step": own[kept].max(),
+            "of the motion": known[rows].max(),
+            "error um": 1e3 * distance[rows].mean(),
+            "error mdeg": 1e3 * angle[rows].mean(),
+            "drift": off[rows].max(axis=1).mean(),
+            "step us": np.percentile(answers.time_us[rows], 10),
+        }
+
+
+def _steps(joints: Array, first: NDArray[np.bool_]) -> Array:
+    """Largest change of a joint since the configuration before, 0 where there is none."""
+    changes = np.abs(np.diff(joints, axis=0, prepend=joints[:1])).max(axis=1)
+    return np.where(first, 0.0, changes)
+
+
+def rows_of(names: list[str], solvers: list[str], trajectories: int) -> Iterator[dict[str, Any]]:
+    """Give a row for each robot, solver, way of following and rate, as soon as it is there."""
+    config = compose(["suite=tracking", f"suite.trajectories={trajectories}"])
+    for name in names:
+        ensure(name)
+        robot = load_robot(name)
+        problems = generate(robot, config.suite, config.seed).problems
+        for label in solvers:
+            try:
+                solver = load_solver(label, robot)
+            except SkippedSolver:
+                continue
+            assert isinstance(solver, FollowingSolver)
+            ways = {"no": solver.solve_one, "yes": solver.follow_one}
+            for way, step in ways.items():
+                step(problems.poses[0], problems.joints[0])  # compiles
+                answers = follow(step, problems)
+                for figures in measures(robot, problems, answers):
+                    yield {"robot": name, "solver": label, "null space": way} | figures
+
+
+def main() -> None:
+    """Print the table, and write it where that is requested."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--robots", nargs="+", default=list(NAMES))
+    parser.add_argument("--solvers", nargs="+", default=list(SOLVERS))
+    parser.add_argument("--trajectories", type=int, default=200)
+    parser.add_argument("--write", action="store_true", help="also into results/studies")
+    options = parser.parse_args()
+    kept = []
+    for row in rows_of(options.robots, options.solvers, options.trajectories):
+        print(row, flush=True)
+        kept.append(row)
+    table = pd.DataFrame(kept)
+    text = f"{TITLE}\n\n{markdown(table.round(4))}"
+    print(text)
+    if options.write:
+        chosen = f"--robots {' '.join(options.robots)} --solvers {' '.join(options.solvers)}"
+        command = f"python -m benchmarks.following {chosen} --write"
+        write_study("following", table, text, command, "0")
+
+
+if __name__ == "__main__":
+    main()
