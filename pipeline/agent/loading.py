@@ -78,3 +78,8 @@ def agent_factory(config: AgentConfig, robot: str) -> Callable[[], Agent]:
     """
     model = load_model(config)
     return lambda: Agent(model, robot, config)
+
+
+def kind_of(config: AgentConfig, model: LanguageModel) -> str:
+    """Return the kind of agent that answers: of a replayed file, the one that was recorded."""
+    return model.recorded if isinstance(model, Replay) else config.kind

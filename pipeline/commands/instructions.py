@@ -7,7 +7,7 @@ import shlex
 import pandas as pd
 
 from pipeline import provenance
-from pipeline.agent.loading import agent_factory
+from pipeline.agent.loading import agent_factory, kind_of
 from pipeline.artifacts import exclusive
 from pipeline.commands.arguments import command_parser, with_defaults
 from pipeline.config import compose
@@ -35,7 +35,7 @@ def instructions(arguments: list[str]) -> int:
     agents = agent_factory(config.agent, config.robot.name)
     with bar(len(suite), "instruction", f"instructions {config.agent.kind}") as shown:
         rows = []
-        for row in rows_of(suite, agents, config.agent.kind):
+        for row in rows_of(suite, agents, kind_of(config.agent, agents().model)):
             rows.append(row)
             shown.update()
     frame = pd.DataFrame(rows)

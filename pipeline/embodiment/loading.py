@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.agent.endpoint import resolved
 from pipeline.agent.gguf_file import model_file
-from pipeline.agent.loading import agent_factory
-from pipeline.agent.model import LanguageModel
-from pipeline.agent.recording import Replay
+from pipeline.agent.loading import agent_factory, kind_of
 from pipeline.containers import to_dict
 from pipeline.data.files import sha256
 from pipeline.embodiment.perception import CameraPerception, make_perception
@@ -59,16 +57,14 @@ def load_agent_series(
         series=series,
         perception=perception,
         agent=agents,
-        facts={"perception": config.perception.title, "agent": _who(config, agents().model)},
+        facts={
+            "perception": config.perception.title,
+            "agent": kind_of(config.agent, agents().model),
+        },
         folder=folder / EVIDENCE,
         distractors=config.perception.perturbation.distractors,
     )
     return AgentSeries(experiment)
-
-
-def _who(config: Config, model: LanguageModel) -> str:
-    """The kind of agent that answers, of a replayed file that was recorded."""
-    return model.recorded if isinstance(model, Replay) else config.agent.kind
 
 
 def embodied_facts(config: Config) -> dict[str, Any]:
