@@ -31,7 +31,7 @@ THIS_RUN, PROJECT = "This run", "The project"
 PAPER = "paper"  # chapter of the report that the page of the paper takes in
 CLAIMS = ("id", "verdict", "claim", "reason", "where", "test", "rows")  # columns as shown
 FIGURES, MEDIA = "figures", "media"
-PAPER_TABLES = ("paper/tables/*.csv", "paper/table_one/*/table*.csv")
+PAPER_TABLES = ("paper/tables/*.csv", "paper/table_one/*/table*.csv", "paper/older/*.csv")
 
 
 @dataclass(frozen=True)

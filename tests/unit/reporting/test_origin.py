@@ -23,7 +23,10 @@ CARD = {
     "network": "Table I (smooth losses, 500 steps of warm-up, clipped at 10)",
 }
 COMMITTED = [
-    *(FOLDER / "results" / name for name in ("paper/tables", "studies", "studies/accelerator")),
+    *(
+        FOLDER / "results" / name
+        for name in ("paper/tables", "paper/older", "studies", "studies/accelerator")
+    ),
     *sorted((FOLDER / "results/paper/table_one").iterdir()),
 ]
 
