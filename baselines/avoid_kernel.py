@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines.clock import now_ns
-from baselines.damped_solve import damped_solve
-from baselines.damped_step import damped_step
+from baselines.damped_step import damped_step, project_gradient
 from baselines.linearise import (
     Linearisation,
     find_error,
@@ -91,27 +90,14 @@ def _find_bias(chain, w, damping, squared, move):  # type: ignore[no-untyped-def
     After `find_error`; a joint at a limit that it would be pushed beyond stays where it is.
     """
     find_jacobian(chain, w.at)
-    J, g, t = w.at.jacobian, w.gradient, w.residual
+    g = w.gradient
     whole = 0.0
-    t[:] = 0.0
     for k in range(g.shape[0]):
         low, high = w.q[k] <= chain.lower[k], w.q[k] >= chain.upper[k]
         w.free[k] = not ((low and g[k] < 0.0) or (high and g[k] > 0.0))
         if w.free[k]:
             whole += g[k] * g[k]
-            for i in range(6):
-                t[i] += J[k, i] * g[k]
-    damped_solve(J, w.free, t, damping, w.solved)
-    along, largest = 0.0, 0.0
-    for k in range(g.shape[0]):
-        w.bias[k] = 0.0
-        if w.free[k]:
-            projected = g[k]
-            for i in range(6):
-                projected -= J[k, i] * w.solved[i]
-            w.bias[k] = projected
-            along += projected * g[k]
-            largest = max(largest, abs(projected))
+    along, largest = project_gradient(w, damping)
     if along <= NO_MOTION * whole:
         return False
     scale = min(squared / along, move / largest)

@@ -73,3 +73,34 @@ def _subtract_bias(w, bias):  # type: ignore[no-untyped-def]
         if w.free[k] and bias[k] != 0.0:
             for i in range(6):
                 w.residual[i] -= w.at.jacobian[k, i] * bias[k]
+
+
+@njit(_nrt=False)
+def project_gradient(w, damping):  # type: ignore[no-untyped-def]
+    """Write into w.bias the part of w.gradient within the null space, after `find_jacobian`.
+
+    Args:
+        w: As of `damped_step`, with `gradient` and `bias` (dof,); joints that are not `free` stay.
+        damping: λ > 0 [m² and rad²].
+
+    Returns:
+        The inner product of the part and the gradient, and the largest motion in it.
+    """
+    J, g = w.at.jacobian, w.gradient
+    w.residual[:] = 0.0
+    for k in range(g.shape[0]):
+        if w.free[k]:
+            for i in range(6):
+                w.residual[i] += J[k, i] * g[k]
+    damped_solve(J, w.free, w.residual, damping, w.solved)
+    along, largest = 0.0, 0.0
+    for k in range(g.shape[0]):
+        w.bias[k] = 0.0
+        if w.free[k]:
+            projected = g[k]
+            for i in range(6):
+                projected -= J[k, i] * w.solved[i]
+            w.bias[k] = projected
+            along += projected * g[k]
+            largest = max(largest, abs(projected))
+    return along, largest

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from baselines.clock import now_ns
 from baselines.compiled_query import REFUSED, take_initial, take_pose, turn_nearest
 from baselines.damped_solve import damped_solve
-from baselines.damped_step import damped_step, step_inside
+from baselines.damped_step import damped_step, project_gradient, step_inside
 from baselines.linearise import (
     Linearisation,
     find_error,
@@ -75,7 +75,7 @@ def new_follow_work(joints, dof):  # type: ignore[no-untyped-def]
 
 @njit(_nrt=False)
 def limit_barrier(joints, q, gradient, curvature):  # type: ignore[no-untyped-def]
-    """Write the first and the second derivatives of H along each joint; H itself is returned.
+    """Write the first and the second derivatives of H along each joint.
 
     Args:
         joints: `JointRange`; one that turns for ever, or has no range, has no part in H.
@@ -83,7 +83,6 @@ def limit_barrier(joints, q, gradient, curvature):  # type: ignore[no-untyped-de
         gradient: (dof,) receives dH / dq_k.
         curvature: (dof,) receives d²H / dq_k², above zero where the joint has a part.
     """
-    value = 0.0
     for k in range(q.shape[0]):
         half = 0.5 * (joints.upper[k] - joints.lower[k])
         gradient[k], curvature[k] = 0.0, 0.0
@@ -91,10 +90,8 @@ def limit_barrier(joints, q, gradient, curvature):  # type: ignore[no-untyped-de
             continue
         x = min(max((q[k] - joints.lower[k]) / half - 1.0, -NEAREST), NEAREST)
         room = 1.0 - x * x
-        value -= np.log(room)
         gradient[k] = 2.0 * x / (room * half)
         curvature[k] = 2.0 * (1.0 + x * x) / (room * room * half * half)
-    return value
 
 
 @njit(_nrt=False)
@@ -110,7 +107,7 @@ def find_null_motion(joints, w, gain, damping):  # type: ignore[no-untyped-def]
         gain: Bound of the motion of a joint, as a share of the largest in the step to the target.
         damping: λ of both steps [m² and rad²].
     """
-    J, g, dof = w.at.jacobian, w.gradient, w.q.shape[0]
+    J, dof = w.at.jacobian, w.q.shape[0]
     w.free[:] = True
     damped_solve(J, w.free, w.at.error, damping, w.solved)
     bound = 0.0
@@ -119,26 +116,16 @@ def find_null_motion(joints, w, gain, damping):  # type: ignore[no-untyped-def]
         for i in range(6):
             moved += J[k, i] * w.solved[i]
         bound = max(bound, gain * abs(moved))
-    limit_barrier(joints, w.q, g, w.curvature)
-    w.residual[:] = 0.0
+    limit_barrier(joints, w.q, w.gradient, w.curvature)
+    along, largest = project_gradient(w, damping)
+    bend = 0.0
     for k in range(dof):
-        for i in range(6):
-            w.residual[i] += J[k, i] * g[k]
-    damped_solve(J, w.free, w.residual, damping, w.solved)
-    along, bend, largest = 0.0, 0.0, 0.0
-    for k in range(dof):
-        projected = -g[k]
-        for i in range(6):
-            projected += J[k, i] * w.solved[i]
-        w.bias[k] = projected
-        along -= projected * g[k]
-        bend += w.curvature[k] * projected * projected
-        largest = max(largest, abs(projected))
+        bend += w.curvature[k] * w.bias[k] * w.bias[k]
     scale = 0.0
     if along > 0.0 and bend > 0.0:
         scale = min(along / bend, bound / largest)
     for k in range(dof):
-        w.bias[k] *= scale
+        w.bias[k] *= -scale
 
 
 @njit(_nrt=False)

@@ -9,8 +9,10 @@ import pandas as pd
 
 from pipeline.config import compose
 from pipeline.data.rows import RowCheckpoint
+from pipeline.errors import PipelineError
 from pipeline.grasping import ablation, series
 from pipeline.grasping.ablation import Study
+from pipeline.progress import bar
 from pipeline.stages import grasp
 from pipeline.stages.graph import STAGES
 from pipeline.stages.grasp_units import load_runner, row_identity, run_units
@@ -61,3 +63,19 @@ class GraspRows:
         """Return the rows that are kept, in their order; fewer than wanted if a run was cut."""
         kept = [self._kept.get(*key) for key in self._keys]
         return pd.DataFrame([row for row in kept if row is not None])
+
+
+def trials(overrides: Sequence[str], title: str, as_is: bool) -> GraspRows:
+    """Run what is missing of a study's trials under a bar; with ``as_is`` only find what is kept.
+
+    Raises:
+        SystemExit: The run cannot be made, and why.
+    """
+    try:
+        made = GraspRows(overrides)
+    except PipelineError as error:
+        raise SystemExit(str(error)) from error
+    if not as_is:
+        with bar(made.wanted, "trial", title) as shown:
+            made.run(lambda row: shown.update())
+    return made

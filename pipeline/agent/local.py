@@ -104,13 +104,13 @@ class Words:
         self.texts = texts
         self._tokens = {text: token for token, text in reversed([*enumerate(texts)])}
         self._plain = torch.tensor(
-            [t.isascii() and t.isprintable() and not set(t) & set("<>") for t in texts]
+            [t != "" and t.isascii() and t.isprintable() and not set(t) & set("<>") for t in texts]
         )
         self._length = torch.tensor([len(text) for text in texts])
 
     def allowed(self, grammar: TagGrammar) -> Tensor:
         """Return the tokens (words,) that may follow, as truth values."""
-        mask = self._plain & (self._length > 0) & (self._length <= grammar.left_to_say())
+        mask = self._plain & (self._length <= grammar.left_to_say())
         for text in grammar.continuations():
             beginnings = (text[:length] for length in range(1, len(text) + 1))
             mask[[self._tokens[part] for part in beginnings if part in self._tokens]] = True

@@ -35,9 +35,11 @@ class TagGrammar:
     most: int
     repeats: int
     longest: int
-    over: bool = False
-    _pending: str = ""  # what stands after the last whole tag
-    _stood: Counter[str] = field(default_factory=Counter)  # how often each tag has stood
+    over: bool = field(default=False, init=False)
+    _pending: str = field(default="", init=False)  # what stands after the last whole tag
+    _stood: Counter[str] = field(
+        default_factory=Counter, init=False
+    )  # how often each tag has stood
 
     def __post_init__(self) -> None:
         """Spell every tag that there is."""

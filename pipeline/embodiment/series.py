@@ -13,11 +13,7 @@ from pipeline.embodiment.trials import Experiment
 from pipeline.grasping.series import STILLS, clear_films, film_name, filmed_trials
 from pipeline.grasping.video import Recorder
 
-REPEATABLE = (
-    "none",
-    "policy",
-    "local",
-)  # agents that answer the same again, so that a film shows the row
+REPEATABLE = ("none", "policy", "local")  # agents that answer the same again: a film shows the row
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ class EvaluateConfig:
     seeded_by: str = MISSING
     poses: int = MISSING
     time_s: float | None = MISSING
-    times_time: dict[str, float] = MISSING
+    time_factor: dict[str, float] = MISSING
     iterations: int | None = MISSING
     not_found: str = MISSING
     claim: Tolerance = field(default_factory=Tolerance)
@@ -57,8 +57,8 @@ class EvaluateConfig:
         at_least("evaluate.poses", self.poses, 0)
         if self.time_s is not None:
             positive("evaluate.time_s", self.time_s)
-        if isinstance(self.times_time, dict) and self.times_time:
-            positive_all("evaluate.times_time", list(self.times_time.values()))
+        if isinstance(self.time_factor, dict) and self.time_factor:
+            positive_all("evaluate.time_factor", list(self.time_factor.values()))
         if self.iterations is not None:
             positive("evaluate.iterations", self.iterations)
         positive_all("evaluate.batch_sizes", self.batch_sizes)
@@ -80,7 +80,7 @@ class EvaluateConfig:
 
     def time_of(self, solver: str) -> float | None:
         """Return the seconds a pose that a solver is given, None where the clock stops nobody."""
-        return None if self.time_s is None else self.time_s * self.times_time.get(solver, 1.0)
+        return None if self.time_s is None else self.time_s * self.time_factor.get(solver, 1.0)
 
 
 @dataclass

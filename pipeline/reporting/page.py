@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,7 @@ from pipeline.reporting.chapters import Chapter
 from pipeline.reporting.config import ReportConfig
 from pipeline.reporting.provenance import configurations, provenance_lines
 from pipeline.reporting.results import VIDEOS, Results
-from pipeline.reporting.wall import walls
+from pipeline.reporting.wall import data_uri, walls
 
 TEMPLATE = "report.html.jinja"
 LIMITS = Path(__file__).with_name("limits.html.jinja")  # what the numbers do not say
@@ -134,8 +133,7 @@ def _media(results: Results, stage: str, budget: _Budget) -> list[dict[str, Any]
 
 
 def _data_uri(path: Path) -> str:
-    content = base64.b64encode(path.read_bytes()).decode("ascii")
-    return f"data:{TYPES[path.suffix]};base64,{content}"
+    return data_uri(path.read_bytes(), TYPES[path.suffix])
 
 
 def _width(path: Path, dpi: int) -> int:

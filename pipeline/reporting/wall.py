@@ -125,4 +125,14 @@ def _thumbnail(path: Path) -> str:
     small.thumbnail(THUMBNAIL)
     content = io.BytesIO()
     small.save(content, "JPEG", quality=QUALITY)
-    return f"data:image/jpeg;base64,{base64.b64encode(content.getvalue()).decode('ascii')}"
+    return data_uri(content.getvalue(), "image/jpeg")
+
+
+def data_uri(content: bytes, kind: str) -> str:
+    """Return a file's content as an address that a page can hold.
+
+    Args:
+        content: Of the file.
+        kind: Its media type, such as ``image/png``.
+    """
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"

@@ -44,7 +44,7 @@ def check(config: Config) -> None:
                 why = baselines.skip(name, robot)
                 LOGGER.warning("%s goes on without solver '%s': %s", key, name, why)
     check_budgets(config)
-    for name in (*config.evaluate.times_time, *config.evaluate.error_batch_size):
+    for name in (*config.evaluate.time_factor, *config.evaluate.error_batch_size):
         file_settings(name)  # a solver that does not exist is a typo
     if config.evaluate.seeded_by != HOME:
         check_seeder("evaluate.seeded_by", config.evaluate.seeded_by, robot)

@@ -70,7 +70,7 @@ def _as_protocol(config: Config) -> Config:
         config.evaluate,
         solvers=able,
         time_s=protocol.time_s,
-        times_time={},
+        time_factor={},
         iterations=protocol.iterations,
         error_batch_size={},
         trajectories=0,

@@ -8,52 +8,50 @@ from __future__ import annotations
 
 import pandas as pd
 
-from pipeline.presentation.columns import ROBOT, count, number, text, under
+from pipeline.presentation.columns import ROBOT, Column, count, number, text, under
 from pipeline.presentation.table import Table
 from pipeline.reporting.committed import committed
 from pipeline.reporting.data import Topic
 
 CALIBRATION, BUDGETS = "calibration", "bio_ik_budget"
-SOLVED = (
-    number("low_percent", "low", decimals=2),
-    number("high_percent", "high", decimals=2),
-)
+
+
+def _beside(
+    title: str, here: str, published: str, decimals: int | None = None
+) -> tuple[Column, ...]:
+    """Our number and the published one under a title."""
+    return under(
+        title,
+        number(here, "here", decimals=decimals),
+        number(published, "published", decimals=decimals),
+    )
+
+
+def _solved(title: str, here: str) -> tuple[Column, ...]:
+    """A rate of ours with its interval, and the published one [%]."""
+    return under(
+        title,
+        number(here, "here", decimals=2),
+        number("low_percent", "low", decimals=2),
+        number("high_percent", "high", decimals=2),
+        number("published_percent", "published", decimals=2),
+    )
+
+
 ARMS = (
     text("arm", "Arm"),
     count("joints", "joints"),
     count("poses", "poses"),
-    *under(
-        "solved [%]",
-        number("solved_percent", "here", decimals=2),
-        *SOLVED,
-        number("published_percent", "published", decimals=2),
-    ),
-    *under(
-        "mean time [ms]",
-        number("mean_ms", "here", decimals=2),
-        number("published_ms", "published", decimals=2),
-    ),
+    *_solved("solved [%]", "solved_percent"),
+    *_beside("mean time [ms]", "mean_ms", "published_ms", decimals=2),
 )
 MILLISECONDS = (
     ROBOT,
     number("budget_ms", "budget [ms]", decimals=0),
     count("poses", "poses"),
-    *under(
-        "position error [mm]",
-        number("position_mm", "here"),
-        number("published_mm", "published"),
-    ),
-    *under(
-        "rotation error [deg]",
-        number("rotation_deg", "here"),
-        number("published_deg", "published"),
-    ),
-    *under(
-        "success [%]",
-        number("success_percent", "here", decimals=2),
-        *SOLVED,
-        number("published_percent", "published", decimals=2),
-    ),
+    *_beside("position error [mm]", "position_mm", "published_mm"),
+    *_beside("rotation error [deg]", "rotation_deg", "published_deg"),
+    *_solved("success [%]", "success_percent"),
     number("mean_ms", "mean time [ms]", decimals=2),
 )
 

@@ -53,7 +53,7 @@ STAGES: dict[str, dict[str, Any]] = {
         "evaluate.solvers": ["cycleik", "bio_ik", "trac_ik"],
         "evaluate.poses": 0,  # the whole test set
         "evaluate.time_s": 1e-3,
-        "evaluate.times_time": {"bio_ik": 4, "trac_ik": 2},  # threads that they have in MoveIt
+        "evaluate.time_factor": {"bio_ik": 4, "trac_ik": 2},  # threads that they have in MoveIt
         "evaluate.not_found": "idle",
         "evaluate.seeded_by": "home",
         "evaluate.iterations": None,

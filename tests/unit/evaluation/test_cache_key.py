@@ -111,7 +111,7 @@ def test_the_budget_that_was_used_is_told(robot, config):
     assert cache_key(given, config)["solver_budget"] == {"time_s": None, "iterations": 50}
     timed = cache_key(given, replace(config, time_s=1e-3))
     assert timed["solver_budget"] == {"time_s": 1e-3, "iterations": None}
-    more = replace(config, time_s=1e-3, times_time={given.solver.name: 4.0, "other": 9.0})
+    more = replace(config, time_s=1e-3, time_factor={given.solver.name: 4.0, "other": 9.0})
     assert cache_key(given, more)["solver_budget"] == {"time_s": 4e-3, "iterations": None}
 
 
