@@ -18,6 +18,7 @@ from pipeline.embodiment.row import row_setup
 from pipeline.embodiment.scene_objects import Array, SceneObject, SceneObjects
 from pipeline.embodiment.session import Episode, Event, Session
 from pipeline.embodiment.verdict import Verdict, judge
+from pipeline.grasping.hardware import Hardware
 from pipeline.grasping.outcome import SUCCESS, GraspReport, measures
 from pipeline.grasping.placements import Setup
 from pipeline.grasping.scene import Scene
@@ -67,7 +68,9 @@ class Experiment:
         begin = time.perf_counter()
         config, robot = self.series.config, self.series.robot
         setups = row_setup(config, robot.name, number, self.series.seed)
-        with Scene(robot, required_scene(config, robot.name), config.physics, config.gui) as scene:
+        scene_config = required_scene(config, robot.name)
+        hardware = Hardware.drawn(config.hardware, robot, self.series.seed, number)
+        with Scene(robot, scene_config, config.physics, config.gui, hardware) as scene:
             objects = SceneObjects(scene, config, setups)
             self._distract(scene, setups, number)
             if watch is not None:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 KEY = ("variant", "trial")  # what tells one row of a study from another
 PHYSICS = ("rate", "iterations", "noise_seed")  # settings that are the engine's
+HARDWARE = ("zero_offset", "backlash", "mass_spread")  # and those of the robot's errors
 
 
 @dataclass(frozen=True)
@@ -104,6 +105,13 @@ def changed(config: GraspConfig, values: dict[str, Any]) -> GraspConfig:
         ValueError: A value that the setting cannot have.
     """
     physics = {name: value for name, value in values.items() if name in PHYSICS}
-    others = {name: value for name, value in values.items() if name not in PHYSICS}
+    hardware = {name: value for name, value in values.items() if name in HARDWARE}
+    others = {name: value for name, value in values.items() if name not in PHYSICS + HARDWARE}
     timing = replace(config.timing, rate=physics["rate"]) if "rate" in physics else config.timing
-    return replace(config, physics=replace(config.physics, **physics), timing=timing, **others)
+    return replace(
+        config,
+        physics=replace(config.physics, **physics),
+        hardware=replace(config.hardware, **hardware),
+        timing=timing,
+        **others,
+    )

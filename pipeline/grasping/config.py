@@ -20,6 +20,9 @@ AXES = (
     "rate",
     "iterations",
     "noise_seed",
+    "zero_offset",
+    "backlash",
+    "mass_spread",
 )
 MOTIONS = ("approach", "lift", "transfer", "deposit", "homeward", "push")
 ONE_MOTION, TWO_MOTIONS = "one_motion", "two_motions"  # from the table into the bin
@@ -44,6 +47,20 @@ class PhysicsConfig:
         at_least("grasp.physics.settle_s", self.settle_s, 0)
         at_least("grasp.physics.placement_noise", self.placement_noise, 0)
         at_least("grasp.physics.noise_seed", self.noise_seed, 0)
+
+
+@dataclass
+class HardwareConfig:
+    """Errors that a real robot has and a simulated one lacks."""
+
+    zero_offset: float = MISSING  # rad
+    backlash: float = MISSING  # rad
+    mass_spread: float = MISSING
+
+    def __post_init__(self) -> None:
+        """Refuse errors of a negative size."""
+        for name in ("zero_offset", "backlash", "mass_spread"):
+            at_least(f"grasp.hardware.{name}", getattr(self, name), 0)
 
 
 @dataclass
@@ -337,6 +354,7 @@ class GraspConfig:
     lift_threshold: float = MISSING  # m
     ablation: AblationConfig | None = None
     physics: PhysicsConfig = field(default_factory=PhysicsConfig)
+    hardware: HardwareConfig = field(default_factory=HardwareConfig)
     timing: TimingConfig = field(default_factory=TimingConfig)
     motions: dict[str, MotionConfig] = MISSING
     recording: VideoConfig = field(default_factory=VideoConfig)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from pybullet_utils.bullet_client import BulletClient
 from pipeline.errors import GraspError
 from pipeline.grasping.config import BinConfig, ObjectConfig, PhysicsConfig, SceneConfig
 from pipeline.grasping.hand import Hand
+from pipeline.grasping.hardware import Hardware
 from pipeline.grasping.idle_joints import fix_idle_joints
 from pipeline.grasping.shapes import make_bin, make_object, make_table
 from pipeline.seeding import derive_seed
@@ -42,9 +44,21 @@ class Scene:
     """
 
     def __init__(
-        self, robot: Robot, config: SceneConfig, physics: PhysicsConfig, gui: bool = False
+        self,
+        robot: Robot,
+        config: SceneConfig,
+        physics: PhysicsConfig,
+        gui: bool = False,
+        hardware: Hardware | None = None,
     ) -> None:
         """Build the world without the object to grasp.
+
+        Args:
+            robot: The robot.
+            config: Its table, bins and hand.
+            physics: The engine's accuracy.
+            gui: Whether to open a window.
+            hardware: Errors of the arm and of the objects' masses; None for none.
 
         Raises:
             GraspError: If the robot has no hand or its base does not carry its whole body.
@@ -52,6 +66,7 @@ class Scene:
         if robot.description.hand is None:
             raise GraspError(f"robot '{robot.name}' has no hand in its robot.yaml: it cannot grasp")
         self.robot, self.config, self.physics = robot, config, physics
+        self._hardware = Hardware.perfect(robot.dof) if hardware is None else hardware
         self.client: Any = _connect(gui)
         try:
             self._build()
@@ -84,7 +99,8 @@ class Scene:
         angle = self._noise.uniform(0.0, 2.0 * np.pi)
         off = self.physics.placement_noise * np.array([np.cos(angle), np.sin(angle)])
         there = np.asarray(place, dtype=np.float64)[:2] + off
-        self.object_id = make_object(self.client, obj, there, yaw, self.config.table.height)
+        weighed = replace(obj, mass=self._hardware.weigh(obj.mass))
+        self.object_id = make_object(self.client, weighed, there, yaw, self.config.table.height)
         return self.object_id
 
     def step(self) -> None:
@@ -111,6 +127,7 @@ class Scene:
             joints: Positions [rad or m], shape (dof,).
             velocities: Speeds to have there [rad/s or m/s], shape (dof,); none is rest.
         """
+        joints, velocities = self._hardware.follow(joints, velocities)
         self.client.setJointMotorControlArray(
             self.body,
             self.arm,

@@ -13,6 +13,7 @@ from pipeline.grasping.arm import Arm
 from pipeline.grasping.config import PINNED, GraspConfig, SceneConfig
 from pipeline.grasping.grasp import Grasp
 from pipeline.grasping.grip import tip_yaw
+from pipeline.grasping.hardware import Hardware
 from pipeline.grasping.outcome import classify, measures
 from pipeline.grasping.placements import SINGLE, Setup, pinned
 from pipeline.grasping.scene import Scene
@@ -115,7 +116,8 @@ def run_trial(
     begin = time.perf_counter()
     setup = trial_setup(config, robot.name, number, seed)
     scene_config = required_scene(config, robot.name)
-    with Scene(robot, scene_config, config.physics, config.gui) as scene:
+    hardware = Hardware.drawn(config.hardware, robot, seed, number)
+    with Scene(robot, scene_config, config.physics, config.gui, hardware) as scene:
         obj = config.objects[setup.name]
         scene.lay(obj, setup.place, setup.yaw)
         if recorder is not None:
@@ -159,4 +161,7 @@ def conditions(
         "iterations": config.physics.iterations,
         "placements": config.placements,
         "noise_seed": config.physics.noise_seed,
+        "zero_offset_deg": float(np.rad2deg(config.hardware.zero_offset)),
+        "backlash_deg": float(np.rad2deg(config.hardware.backlash)),
+        "mass_spread": config.hardware.mass_spread,
     }

@@ -30,6 +30,9 @@ AXES = {
     "rate": ("rate_hz", "rate [Hz]"),
     "iterations": ("iterations", "solver iterations"),
     "noise_seed": ("noise_seed", "seed of the placement noise"),
+    "zero_offset": ("zero_offset_deg", "zeros of the joints [deg]"),
+    "backlash": ("backlash_deg", "play of the joints [deg]"),
+    "mass_spread": ("mass_spread", "spread of the masses [log]"),
 }
 PLACE = {"object", "row", "x_m", "y_m"}
 SIDES = {True: "left", False: "right"}  # of the middle of what was laid, seen by the robot

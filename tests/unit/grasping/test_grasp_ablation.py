@@ -13,7 +13,7 @@ from pipeline.data.files import read_yaml
 from pipeline.data.rows import RowCheckpoint
 from pipeline.errors import ConfigError
 from pipeline.grasping import series as module
-from pipeline.grasping.ablation import KEY, PHYSICS, Study, changed, variants
+from pipeline.grasping.ablation import HARDWARE, KEY, PHYSICS, Study, changed, variants
 from pipeline.grasping.series import Series
 from pipeline.grasping.trial import required_scene
 from pipeline.locations import CONF_DIR
@@ -36,6 +36,7 @@ def test_every_study_of_the_configuration_can_be_made(name: str) -> None:
         assert varied.timing.rate == varied.physics.rate
         for axis, value in values.items():
             holder = varied.physics if axis in PHYSICS else varied
+            holder = varied.hardware if axis in HARDWARE else holder
             assert getattr(holder, axis) == value
 
 

@@ -1,0 +1,1 @@
+"""What errors of a real robot would explain the published grasps."""
