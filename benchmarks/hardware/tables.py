@@ -1,0 +1,211 @@
+"""Tables of the study: how likely the published counts are, and which errors would make them so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from benchmarks.hardware.chances import CLASSES
+from benchmarks.hardware.errors import ERRORS, Error
+from benchmarks.hardware.explanation import Alone, Explanation, deviance
+from pipeline.presentation.columns import ROBOT, count, number, p_value, share, text, under
+from pipeline.presentation.table import Table
+
+Array = NDArray[np.float64]
+LOST = dict(zip(CLASSES[1:], ("slipped", "not_grasped"), strict=True))
+
+
+@dataclass(frozen=True)
+class Robot:
+    """What was found for a robot.
+
+    Attributes:
+        robot: Its name.
+        found: The explanation.
+        trials: How many with errors of many sizes the chances are fitted to.
+        check: Outcomes of trials with the smallest errors, places in `CLASSES`; empty without.
+    """
+
+    robot: str
+    found: Explanation
+    trials: int
+    check: NDArray[np.int64]
+
+    @property
+    def checked(self) -> Array:
+        """(3,) counts of the check, as far as it was run."""
+        return np.bincount(self.check, minlength=len(CLASSES)).astype(np.float64)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Outcomes of a robot under one choice of errors."""
+
+    robot: str
+    name: str
+    trials: int | None
+    chances: Array
+    counts: Array  # published, which these chances are to explain
+
+    @property
+    def deviance(self) -> float:
+        """Of the published counts."""
+        return float(deviance(self.chances[None], self.counts)[0])
+
+    @property
+    def p_value(self) -> float:
+        """Of a larger deviance, if these chances were the true ones."""
+        return float(chi2.sf(self.deviance, len(CLASSES) - 1))
+
+
+@dataclass(frozen=True)
+class Line:
+    """One error of a robot."""
+
+    robot: str
+    error: Error
+    found: Explanation
+    which: int
+
+    @property
+    def alone(self) -> Alone:
+        """The error without the others."""
+        return self.found.alone[self.which]
+
+    def said(self, shares: Array) -> float:
+        """Value of this error in shares of all [its unit]."""
+        return self.error.said(float(shares[self.which]))
+
+
+def settings(robots: Sequence[Robot]) -> list[Setting]:
+    """What the paper counted, and the chances with no error, the smallest and the likeliest."""
+    lines = []
+    for each in robots:
+        found = each.found
+        none = np.zeros(len(ERRORS))
+        choices = [("no error", none), ("smallest errors", found.smallest)]
+        choices.append(("likeliest errors", found.likeliest))
+        published = found.counts / found.counts.sum()
+        lines.append(
+            Setting(each.robot, "published", int(found.counts.sum()), published, found.counts)
+        )
+        lines += [
+            Setting(each.robot, name, None, found.chances.of(shares[None])[0], found.counts)
+            for name, shares in choices
+            if not np.isnan(shares).any()
+        ]
+        if len(each.check):
+            # A class that the check never met may still have a chance: half a trial more of each.
+            chances = (each.checked + 0.5) / (each.checked + 0.5).sum()
+            lines.append(
+                Setting(
+                    each.robot,
+                    "smallest errors, run",
+                    len(each.check),
+                    chances,
+                    found.counts,
+                )
+            )
+    return lines
+
+
+def tables(robots: Sequence[Robot]) -> Iterator[Table]:
+    """Yield the tables of the study."""
+    yield Table.of(
+        settings(robots),
+        (
+            ROBOT,
+            text("errors", "errors", "name"),
+            count("trials", "trials"),
+            *under(
+                "chance of [%]",
+                *(
+                    share(name.lower().replace(" ", "_"), name, lambda line, k=k: line.chances[k])
+                    for k, name in enumerate(CLASSES)
+                ),
+            ),
+            number("deviance", "deviance", decimals=1),
+            p_value("p", "p_value"),
+        ),
+        name="hardware_settings",
+        title="How likely the published counts are",
+        caption="Of the published trials those that neither detection nor language model lost. "
+        "Chances by the model, and by trials that were run with the smallest errors (half a trial "
+        "added to each class). Deviance and p-value: of the published counts under these chances.",
+    )
+    yield Table.of(
+        [
+            Line(each.robot, error, each.found, which)
+            for each in robots
+            for which, error in enumerate(ERRORS)
+        ],
+        (
+            ROBOT,
+            text("error", "error", lambda line: line.error.title),
+            number("worst", "largest tried", lambda line: line.error.said(1.0)),
+            *under(
+                "smallest together",
+                number("smallest", "value", lambda line: line.said(line.found.smallest)),
+                number("smallest_low", "from", lambda line: _ordered(line)[0]),
+                number("smallest_high", "to", lambda line: _ordered(line)[1]),
+            ),
+            number("likeliest", "likeliest", lambda line: line.said(line.found.likeliest)),
+            *under(
+                "not contradicted",
+                number("range_low", "from", lambda line: line.said(line.found.ranges[0])),
+                number("range_high", "to", lambda line: line.said(line.found.ranges[1])),
+            ),
+            *under(
+                "alone",
+                number("alone", "smallest", lambda line: line.error.said(line.alone.share)),
+                number("alone_deviance", "least deviance", lambda line: line.alone.deviance),
+            ),
+        ),
+        name="hardware_errors",
+        title="What explains them",
+        caption="The smallest errors, in the sum of squared shares of the ranges tried, that the "
+        "published counts do not contradict (95 %); from and to: 90 % of refits to other draws of "
+        "the trials. Not contradicted: whatever the other errors are. Alone: the others zero; a "
+        "dash where no size of it will do.",
+    )
+    yield Table.of(
+        [
+            (each.robot, error, each.found.sensitivity(each.found.smallest)[which])
+            for each in robots
+            if not np.isnan(each.found.smallest).any()
+            for which, error in enumerate(ERRORS)
+        ],
+        (
+            text("robot", "Robot", lambda line: ROBOT.cell({"robot": line[0]})),
+            text("error", "error", lambda line: line[1].title),
+            *(
+                share(
+                    f"change_{k}",
+                    f"{name} [points]",
+                    lambda line, k=k: line[2][k],
+                    signed=True,
+                )
+                for k, name in enumerate(CLASSES)
+            ),
+        ),
+        name="hardware_sensitivity",
+        title="Which class an error feeds",
+        caption="Change of the chances, in points of a hundred, where an error grows by a tenth of "
+        "its range from the smallest errors.",
+    )
+
+
+def _ordered(line: Line) -> tuple[float, float]:
+    """Both ends of the refits' smallest errors."""
+    low, high = (line.said(line.found.spread[end]) for end in range(2))
+    return low, high
+
+
+def outcomes(rows: pd.DataFrame) -> NDArray[np.int64]:
+    """How trials ended, places in `CLASSES`."""
+    return rows["class"].map({name: k for k, name in enumerate(CLASSES)}).to_numpy(np.int64)
