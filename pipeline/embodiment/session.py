@@ -114,6 +114,20 @@ class Session:
             known = self.look()
             turn = self.agent.proceed(known.seen())
 
+    def insist(self, words: str, most: int) -> Episode:
+        """Say an instruction again while something is seen on the table, so often at most.
+
+        The agent has been told what became of its actions. A turn that failed ends it.
+        """
+        episode = self.instruct(words)
+        for _ in range(most - 1):
+            if episode.problem or not self.look().sightings:
+                break
+            again = self.instruct(words)
+            episode.events += again.events
+            episode.turns += again.turns
+        return episode
+
     def _act(self, action: Action, known: View) -> Event:
         """Do one action; targets that are out of sight now are where they were seen before."""
         now = self.body.scene.time_s

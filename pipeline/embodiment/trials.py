@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -79,11 +80,13 @@ class Experiment:
             at_first = {each.body: objects.position(each) for each in objects.all}
             agent = self.agent()
             body = Body(scene, config, self.series.solver, self.series.repair)
+            protocol = config.protocol
             session = Session(
-                agent, body, self.perception, objects, config.protocol.located, _once_each()
+                *(agent, body, self.perception, objects, protocol.located),
+                refuse=_so_often_each(protocol.attempts),
             )
-            words = config.protocol.sentence.format(robot=robot.name.upper())
-            episode = session.instruct(words)
+            words = protocol.sentence.format(robot=robot.name.upper())
+            episode = session.insist(words, protocol.attempts)
         shared = {
             "turns": len(episode.turns),
             "problem": episode.turns[-1].reason,
@@ -115,6 +118,7 @@ class Experiment:
             "class": verdict.outcome,
             "reason": verdict.reason,
             "seen_as": verdict.seen_as,
+            "attempts": verdict.attempts,
             "score": float(verdict.score),
             "sighting_error_mm": 1e3 * float(verdict.sighting_error),
             "order": verdict.order,
@@ -158,16 +162,16 @@ class Experiment:
         return save_picture(drawn, self.folder / f"trial{obj.setup.number:03d}_{outcome}.png")
 
 
-def _once_each() -> Callable[[Action, SceneObject | None], str]:
-    """A rule of the protocol: each object is grasped once, whatever the outcome."""
-    tried: set[int] = set()
+def _so_often_each(most: int) -> Callable[[Action, SceneObject | None], str]:
+    """A rule of the protocol: each object is grasped so often at most, whatever the outcome."""
+    tried: Counter[int] = Counter()
 
     def refuse(action: Action, obj: SceneObject | None) -> str:
         if action.kind != "grasp" or obj is None:
             return ""
-        if obj.body in tried:
+        if tried[obj.body] == most:
             return "it has been tried already"
-        tried.add(obj.body)
+        tried[obj.body] += 1
         return ""
 
     return refuse

@@ -26,6 +26,7 @@ class Verdict:
         reason: In words.
         attempt: The grasp that it was judged by; None if there was none.
         order: Number of that grasp in its row, from 1; 0 if there was none.
+        attempts: Grasps where the object lay.
         seen_as: Name under which it was seen where it lay; nothing if it was not.
         score: Certainty of that sighting, NaN if there was none.
         sighting_error: Distance from where it was seen to where it lay [m], NaN if not seen.
@@ -35,6 +36,7 @@ class Verdict:
     reason: str
     attempt: Event | None
     order: int
+    attempts: int
     seen_as: str
     score: float
     sighting_error: float
@@ -49,23 +51,28 @@ def judge(obj: SceneObject, at_first: Array, episode: Episode, located: float) -
         episode: How the instruction went.
         located: Distance within which a sighting is of the object that lies there [m].
     """
-    attempt, order = _attempt(obj, episode)
+    attempt, order, attempts = _attempt(obj, episode)
     seen_as, score, error = _seen(obj.name, at_first, episode, located)
     if attempt is not None and attempt.sighting is not None:
         seen_as, score = attempt.sighting.name, attempt.sighting.score
         error = attempt.offset
     outcome, reason = _outcome(obj, at_first, episode, attempt, seen_as)
-    return Verdict(outcome, reason, attempt, order, seen_as, score, error)
+    return Verdict(outcome, reason, attempt, order, attempts, seen_as, score, error)
 
 
-def _attempt(obj: SceneObject, episode: Episode) -> tuple[Event | None, int]:
-    """The first grasp where the object lay, or else the first in its name where nothing lay."""
+def _attempt(obj: SceneObject, episode: Episode) -> tuple[Event | None, int, int]:
+    """The last grasp where the object lay, or else the first in its name where nothing lay.
+
+    Returns:
+        The grasp, its number in the row, and how many there were where the object lay.
+    """
     grasps = [event for event in episode.events if event.report is not None]
     here = [event for event in grasps if event.obj is obj]
     meant = [e for e in grasps if e.obj is None and e.action.target == obj.name]
-    for event in (*here, *meant):
-        return event, next(k for k, other in enumerate(grasps, start=1) if other is event)
-    return None, 0
+    for event in (*here[::-1], *meant):
+        order = next(k for k, other in enumerate(grasps, start=1) if other is event)
+        return event, order, len(here)
+    return None, 0, 0
 
 
 def _seen(name: str, place: Array, episode: Episode, located: float) -> tuple[str, float, float]:

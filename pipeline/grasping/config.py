@@ -317,6 +317,7 @@ class ProtocolConfig:
     """Rows of objects, the sentence that starts them, and what counts as seen."""
 
     sentence: str = MISSING
+    attempts: int = MISSING
     gap: float = MISSING  # m
     widest_gap: float | None = None  # m
     located: float = MISSING  # m
@@ -327,6 +328,7 @@ class ProtocolConfig:
         """Refuse a protocol without a sentence, or that takes anything for seen."""
         if not self.sentence.strip():
             raise ValueError("grasp.protocol.sentence must not be empty")
+        positive("grasp.protocol.attempts", self.attempts)
         at_least("grasp.protocol.gap", self.gap, 0)
         if self.widest_gap is not None:
             at_least("grasp.protocol.widest_gap", self.widest_gap, self.gap)

@@ -100,11 +100,13 @@ def test_what_was_seen_but_not_requested_is_the_language_models() -> None:
     assert (verdict.outcome, "push" in verdict.reason) == ("LLM", True)
 
 
-def test_the_first_of_several_grasps_counts_and_its_own_before_one_meant_for_it() -> None:
+def test_the_last_of_several_grasps_counts_and_its_own_before_one_meant_for_it() -> None:
     obj = an_object()
     events = [a_grasp(MISSED, None, away=0.08), a_grasp(LOST, obj), a_grasp(SUCCEEDED, obj)]
     verdict = judge(obj, PLACE, an_episode([a_sighting()], events), 0.04)
-    assert (verdict.outcome, verdict.order) == ("Slipped", 2)
+    assert (verdict.outcome, verdict.order, verdict.attempts) == ("Success", 3, 2)
+    verdict = judge(obj, PLACE, an_episode([a_sighting()], events[:2]), 0.04)
+    assert (verdict.outcome, verdict.order, verdict.attempts) == ("Slipped", 2, 1)
 
 
 def test_another_object_of_the_row_does_not_count() -> None:
