@@ -51,7 +51,7 @@ def row_setup(config: GraspConfig, robot: str, number: int, seed: int) -> list[S
             row=line,
             name=name,
             place=(depth, across[slot]),
-            yaw=_yaw(config, scene, name, turns[slot], (depth, across[slot])),
+            yaw=resting_yaw(config, scene, name, turns[slot], (depth, across[slot])),
             error=np.zeros(2),
         )
         for slot, name in enumerate(names)
@@ -76,7 +76,9 @@ def _spread(
     across = list(scene.area.y[0] + steps * (scene.area.y[1] - scene.area.y[0]))
     for _ in range(2):
         ends = [
-            extent(config.objects[name], _yaw(config, scene, name, turn, (depth, at)), ACROSS)
+            extent(
+                config.objects[name], resting_yaw(config, scene, name, turn, (depth, at)), ACROSS
+            )
             for name, turn, at in zip(names, turns, across, strict=True)
         ]
         taken = sum(end - begin for begin, end in ends)
@@ -112,7 +114,7 @@ def _room(free: float, shares: np.ndarray, protocol: ProtocolConfig) -> np.ndarr
     return room
 
 
-def _yaw(
+def resting_yaw(
     config: GraspConfig, scene: SceneConfig, name: str, turn: float, place: tuple[float, float]
 ) -> float:
     """Yaw of an object [rad]: any, or the one that the hand grasps across."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from pipeline.agent import Action, Agent, Turn
@@ -104,15 +104,29 @@ class Session:
         known = episode.view
         while True:
             episode.turns.append(turn)
-            for action in turn.actions:
-                event = self._act(action, known)
-                if action.kind != "done":
-                    episode.events.append(event)
-                    self.heard(event)
+            episode.events += self.do(turn.actions, known)
             if turn.finished:
                 return episode
             known = self.look()
             turn = self.agent.proceed(known.seen())
+
+    def do(self, actions: Iterable[Action], known: View) -> list[Event]:
+        """Carry out actions in order, and tell the agent what became of them.
+
+        Args:
+            actions: What to do.
+            known: The look that they were chosen by.
+
+        Returns:
+            An event for each but the word that it is done.
+        """
+        events = []
+        for action in actions:
+            event = self._act(action, known)
+            if action.kind != "done":
+                events.append(event)
+                self.heard(event)
+        return events
 
     def insist(self, words: str, most: int) -> Episode:
         """Say an instruction again while something is seen on the table, so often at most.

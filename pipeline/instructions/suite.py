@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 import yaml
 
-from pipeline.agent import Agent, Seen, seen_at
+from pipeline.agent import Agent, Seen, Turn, seen_at
 from pipeline.instructions.plans import SuiteError, classify, done_of, read_plan
 
 SUITE = Path(__file__).with_name("suite.yaml")
@@ -76,20 +76,24 @@ def rows_of(
         name: How the agent is called in the rows.
     """
     for each in instructions:
-        turn = agent().instruct(each.says, each.seen)
-        yield {
-            "number": each.number,
-            "family": each.family,
-            "held_out": each.held_out,
-            "agent": name,
-            "scene": each.scene,
-            "says": each.says,
-            "right": " | ".join(each.right),
-            "did": ", ".join(done_of(turn)),
-            "class": classify(turn, each.right, [seen.name for seen in each.seen]),
-            "problem": turn.reason,
-            "reply": turn.reply,
-        }
+        yield row_of(each, agent().instruct(each.says, each.seen), name)
+
+
+def row_of(instruction: Instruction, turn: Turn, name: str) -> dict[str, Any]:
+    """Return the raw row of an instruction: what an agent's first reply does, and what that is."""
+    return {
+        "number": instruction.number,
+        "family": instruction.family,
+        "held_out": instruction.held_out,
+        "agent": name,
+        "scene": instruction.scene,
+        "says": instruction.says,
+        "right": " | ".join(instruction.right),
+        "did": ", ".join(done_of(turn)),
+        "class": classify(turn, instruction.right, [seen.name for seen in instruction.seen]),
+        "problem": turn.reason,
+        "reply": turn.reply,
+    }
 
 
 def in_families(rows: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:

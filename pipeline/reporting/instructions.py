@@ -46,8 +46,38 @@ def plan_success(rows: pd.DataFrame, confidence: float) -> Table:
     )
 
 
-def confusion(rows: pd.DataFrame) -> Table:
-    """What the plans of each family are."""
+def execution_success(rows: pd.DataFrame, confidence: float) -> Table:
+    """How many instructions were fulfilled in simulation, by family, beside the right plans.
+
+    Args:
+        rows: Raw rows of one agent, carried out.
+        confidence: Of the intervals.
+    """
+    return Table.of(
+        [_executed(family, part, confidence) for family, part in in_families(rows)],
+        [
+            _FAMILY,
+            count("instructions", "instructions"),
+            count("planned", "right plans"),
+            count("executed", "carried out"),
+            *under(
+                "fulfilled [%]",
+                share("share", "share", decimals=0),
+                share("low", "from", decimals=0),
+                share("high", "to", decimals=0),
+            ),
+            text("failed", "deeds that failed"),
+        ],
+        name="instructions_executed",
+        title="Instructions carried out",
+        caption="Of all instructions, both halves: those with a right plan, and those whose plan "
+        "was right and of which every action was done in simulation; where no action is due, "
+        f"words are the deed. Wilson intervals of {confidence:.0%}.",
+    )
+
+
+def confusion(rows: pd.DataFrame, confidence: float) -> Table:
+    """What the plans of each family are; counts, which no interval of a confidence belongs to."""
     present = [name for name in CLASSES if (rows["class"] == name).any()]
     lines = [
         {"family": family, **{name: int((part["class"] == name).sum()) for name in present}}
@@ -61,6 +91,30 @@ def confusion(rows: pd.DataFrame) -> Table:
         caption="Plans by family, both halves: right; the right actions in a wrong order; some "
         "missing; too many; others; a question, or words, in place of actions that were due.",
     )
+
+
+def _executed(family: str, rows: pd.DataFrame, confidence: float) -> dict[str, Any]:
+    right = rows[rows["class"] == "right"]
+    interval = wilson_interval(int(rows["executed"].sum()), len(rows), confidence)
+    failed = [f"{words} ({number})" for words, number in _reasons(right).items()]
+    return {
+        "family": family,
+        "instructions": len(rows),
+        "planned": len(right),
+        "executed": int(rows["executed"].sum()),
+        "share": interval.estimate,
+        "low": interval.low,
+        "high": interval.high,
+        "failed": "; ".join(failed) if family != "all" else "",
+    }
+
+
+def _reasons(right: pd.DataFrame) -> dict[str, int]:
+    """Why first actions of right plans failed, without names and numbers, and how often."""
+    failed = right.loc[right["failed"] != "", "failed"]
+    failed = failed.str.replace(r"^(\w+) \S+:", r"\1:", regex=True)
+    failed = failed.str.replace(r"\d+ mm", "some mm", regex=True)
+    return {str(words): int(number) for words, number in failed.value_counts().items()}
 
 
 def _success(family: str, rows: pd.DataFrame, confidence: float) -> dict[str, Any]:

@@ -1,0 +1,74 @@
+"""Instructions of the suite carried out by Panda: deeds apart from plans."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pandas as pd
+import pytest
+
+import baselines
+from pipeline.agent.loading import agent_factory
+from pipeline.config import compose
+from pipeline.embodiment.perception import GroundTruthPerception
+from pipeline.instructions.execution import World, executed_rows, laid_out
+from pipeline.instructions.suite import read_suite
+from pipeline.reporting.instructions import execution_success
+from robots import load_robot
+
+CONFIG = compose(["profile=smoke", "robot=panda", "agent=policy", "experiment=refined_grasp"])
+SUITE = read_suite()
+OFF_THE_TABLE = 1.5  # m to the left: what is laid there falls
+
+
+def said(words: str) -> int:
+    return next(each.number for each in SUITE if each.says.startswith(words))
+
+
+def world(shift: float = 0.0) -> World:
+    robot, solver = load_robot("panda"), baselines.load("lm", load_robot("panda"))
+    scene = CONFIG.grasp.scenes["panda"]
+    area = replace(scene.area, y=[y + shift for y in scene.area.y])
+    grasp = replace(CONFIG.grasp, scenes={"panda": replace(scene, area=area)})
+    return World(robot, grasp, solver, solver, GroundTruthPerception())
+
+
+def rows(numbers: list[int], shift: float = 0.0) -> pd.DataFrame:
+    agents = agent_factory(CONFIG.agent, "panda")
+    chosen = [SUITE[number] for number in numbers]
+    return pd.DataFrame(executed_rows(chosen, agents, "policy", world(shift)))
+
+
+def test_right_plans_are_carried_out_and_words_are_deeds() -> None:
+    numbers = [said("Have a look at the baseball"), said("Take the pineapple")]
+    grasped = said("Don't touch the pear, just take the banana")
+    found = rows([*numbers, grasped])
+    assert found["class"].tolist() == ["right"] * 3
+    assert found["executed"].tolist() == [True] * 3
+    assert found["failed"].tolist() == [""] * 3
+    assert (found["lasted_s"] > 1.0).tolist() == [False, False, True]
+
+
+def test_a_right_plan_without_its_object_is_no_deed() -> None:
+    found = rows([said("Don't touch the pear, just take the banana")], shift=OFF_THE_TABLE)
+    assert found["class"].tolist() == ["right"]
+    assert not found["executed"].any()
+    assert found["failed"][0].startswith("grasp banana: it is out of sight")
+    last = execution_success(found, 0.95).records()[-1]
+    assert (last["planned"], last["executed"], last["share"]) == (1, 0, 0.0)
+    (first, _) = execution_success(found, 0.95).records()
+    assert first["failed"] == "grasp: it is out of sight (1)"
+
+
+@pytest.mark.parametrize("robot", ["nico", "nicol", "panda"])
+def test_scenes_keep_their_shape(robot: str) -> None:
+    scene = CONFIG.grasp.scenes[robot]
+    for each in SUITE:
+        setups = laid_out(each, CONFIG.grasp, scene)
+        assert [setup.name for setup in setups] == [seen.name for seen in each.seen]
+        for one, other in zip(setups, each.seen, strict=True):
+            for second, third in zip(setups, each.seen, strict=True):
+                for axis in range(2):
+                    ours = one.place[axis] - second.place[axis]
+                    theirs = other.position[axis] - third.position[axis]
+                    assert ours == pytest.approx(theirs)
