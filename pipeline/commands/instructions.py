@@ -19,7 +19,7 @@ from pipeline.presentation.origin import origin_of
 from pipeline.progress import bar
 from pipeline.reporting.instructions import confusion, execution_success, plan_success
 from pipeline.settings import Config
-from pipeline.solvers import check_solvers
+from pipeline.solvers import check_solvers, network_of
 from pipeline.stages.eyes import detector_of
 from pipeline.stages.graph import STAGES
 from pipeline.stages.inputs import artifacts, robot_of
@@ -44,8 +44,11 @@ def instructions(arguments: list[str]) -> int:
     suite = read_suite()
     agents = agent_factory(config.agent, config.robot.name)
     name = kind_of(config.agent, agents().model)
+    networks = ""
     if flag("execute", own.get("execute", "false")):
-        made = executed_rows(suite, agents, name, load_world(config))
+        world = load_world(config)
+        networks = ", ".join(filter(None, map(network_of, world.solvers)))
+        made = executed_rows(suite, agents, name, world)
         makers = [plan_success, confusion, execution_success]
     else:
         made, makers = rows_of(suite, agents, name), [plan_success, confusion]
@@ -55,7 +58,8 @@ def instructions(arguments: list[str]) -> int:
             rows.append(row)
             shown.update()
     frame = pd.DataFrame(rows)
-    card = {**provenance.card(config=config), **provenance.signature(config.profile)}
+    signed = {**provenance.signature(config.profile), "network": networks}
+    card = {**provenance.card(config=config), **signed}
     command = shlex.join(["python", "-m", "pipeline", "instructions", *arguments])
     folder = artifacts(config).instructions(config.agent.kind)
     with exclusive(folder):

@@ -51,6 +51,11 @@ class World:
     repair: Solver | None
     perception: Perception
 
+    @property
+    def solvers(self) -> list[Solver]:
+        """The solvers of the motions."""
+        return [self.solver] if self.repair is None else [self.solver, self.repair]
+
     def carry_out(self, instruction: Instruction, turn: Turn, agent: Agent) -> list[Event]:
         """Lay the things of an instruction, and do what an agent's reply to it says."""
         scene_config = required_scene(self.config, self.robot.name)
