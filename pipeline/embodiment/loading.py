@@ -17,6 +17,7 @@ from pipeline.embodiment.trials import Experiment
 from pipeline.evaluation.cache import network_checksums
 from pipeline.grasping.series import Series
 from pipeline.perception.detection import Detector
+from pipeline.speech.loop import load_ear
 
 if TYPE_CHECKING:
     from pipeline.settings import Config
@@ -48,6 +49,7 @@ def load_agent_series(
     Raises:
         PerceptionError: The robot has no camera.
         SetupError: The agent lacks a package, an address or a key.
+        SpeechError: Somebody is to speak, and a program or a package is missing.
     """
     perception = make_perception(
         config.perception, series.config, series.robot, detector, series.seed
@@ -63,6 +65,13 @@ def load_agent_series(
         },
         folder=folder / EVIDENCE,
         distractors=config.perception.perturbation.distractors,
+        ear=load_ear(
+            config.speech,
+            config.agent.vocabulary,
+            series.config.scenes[series.robot.name].objects,
+            series.robot.name,
+            series.seed,
+        ),
     )
     return AgentSeries(experiment)
 
@@ -78,7 +87,8 @@ def embodied_facts(config: Config) -> dict[str, Any]:
         agent = replace(
             agent, local=replace(agent.local, file=sha256(model_file(agent.local.file)))
         )
-    return {"perception": to_dict(config.perception), "agent": to_dict(agent)}
+    facts = {"perception": to_dict(config.perception), "agent": to_dict(agent)}
+    return facts | ({"speech": to_dict(config.speech)} if config.speech.loop.voices else {})
 
 
 def perception_identity(runner: AgentSeries) -> dict[str, Any]:

@@ -27,6 +27,7 @@ from pipeline.grasping.series import Series
 from pipeline.grasping.trial import conditions, required_scene
 from pipeline.perception.distractors import lay_distractors
 from pipeline.seeding import derive_seed
+from pipeline.speech.loop import Ear, Heard
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ class Experiment:
         facts: Columns of every raw row besides the trial: perception and agent.
         folder: Where evidence is kept; None keeps none.
         distractors: Objects of no class on the table, which only a camera sees.
+        ear: Hears the sentence; None takes it as it is written.
     """
 
     series: Series
@@ -48,6 +50,7 @@ class Experiment:
     facts: dict[str, Any]
     folder: Path | None = None
     distractors: int = 0
+    ear: Ear | None = None
 
     @property
     def per_row(self) -> int:
@@ -86,8 +89,11 @@ class Experiment:
                 refuse=_so_often_each(protocol.attempts),
             )
             words = protocol.sentence.format(robot=robot.name.upper())
-            episode = session.insist(words, protocol.attempts)
+            heard = Heard(words, 0.0) if self.ear is None else self.ear.hear(words, number)
+            episode = session.insist(heard.words, protocol.attempts)
         shared = {
+            "heard": "" if self.ear is None else heard.words,
+            "word_error_rate": heard.error_rate,
             "turns": len(episode.turns),
             "problem": episode.turns[-1].reason,
             "wall_s": (time.perf_counter() - begin) / len(setups),

@@ -42,6 +42,18 @@ class MicrophoneConfig:
 
 
 @dataclass
+class LoopConfig:
+    """Speech in the loop of grasp trials."""
+
+    voices: list[str] = MISSING
+    snr_db: float = MISSING  # dB
+
+    def __post_init__(self) -> None:
+        """Refuse noise that no recording has."""
+        within("speech.loop.snr_db", self.snr_db, -20.0, 100.0)
+
+
+@dataclass
 class SpeechConfig:
     """Which recogniser, which synthesiser."""
 
@@ -52,6 +64,7 @@ class SpeechConfig:
     rejection: float = MISSING
     pronunciations: dict[str, str] = MISSING
     whisper: WhisperConfig = field(default_factory=WhisperConfig)
+    loop: LoopConfig = field(default_factory=LoopConfig)
     microphone: MicrophoneConfig = field(default_factory=MicrophoneConfig)
 
     def __post_init__(self) -> None:

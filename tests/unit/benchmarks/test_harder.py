@@ -16,8 +16,9 @@ from pipeline.stages import grasp
 def test_every_setting_can_be_run_and_is_what_it_is_called(setting: str, robot: str) -> None:
     config = compose([f"robot={robot}", *SETTINGS[setting][1], "grasp.trials=100"])
     grasp.check(config)
-    assert is_embodied(config) == (setting in ("protocol", "clutter", "off", "retries"))
+    assert is_embodied(config) == (setting in ("protocol", "clutter", "spoken", "off", "retries"))
     assert (config.grasp.protocol.attempts > 1) == (setting == "retries")
+    assert bool(config.speech.loop.voices) == (setting == "spoken")
     assert (config.grasp.shake_after_lift > 0) == (setting == "shake")
     error = config.perception.calibration_error.translation
     assert (error > 0) == (setting in ("off", "retries"))
