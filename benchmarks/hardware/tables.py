@@ -151,8 +151,8 @@ def tables(robots: Sequence[Robot]) -> Iterator[Table]:
             *under(
                 "smallest together",
                 number("smallest", "value", lambda line: line.said(line.found.smallest)),
-                number("smallest_low", "from", lambda line: _ordered(line)[0]),
-                number("smallest_high", "to", lambda line: _ordered(line)[1]),
+                number("smallest_low", "from", lambda line: line.said(line.found.spread[0])),
+                number("smallest_high", "to", lambda line: line.said(line.found.spread[1])),
             ),
             number("likeliest", "likeliest", lambda line: line.said(line.found.likeliest)),
             *under(
@@ -198,12 +198,6 @@ def tables(robots: Sequence[Robot]) -> Iterator[Table]:
         caption="Change of the chances, in points of a hundred, where an error grows by a tenth of "
         "its range from the smallest errors.",
     )
-
-
-def _ordered(line: Line) -> tuple[float, float]:
-    """Both ends of the refits' smallest errors."""
-    low, high = (line.said(line.found.spread[end]) for end in range(2))
-    return low, high
 
 
 def outcomes(rows: pd.DataFrame) -> NDArray[np.int64]:
