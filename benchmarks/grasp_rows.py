@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -63,6 +64,20 @@ class GraspRows:
         """Return the rows that are kept, in their order; fewer than wanted if a run was cut."""
         kept = [self._kept.get(*key) for key in self._keys]
         return pd.DataFrame([row for row in kept if row is not None])
+
+
+def grasp_arguments(document: str | None) -> argparse.ArgumentParser:
+    """Return a parser of what every study of grasps takes; it has options of its own beside these.
+
+    Args:
+        document: Of the module; its first line describes the study.
+    """
+    parser = argparse.ArgumentParser(description=(document or "").splitlines()[0])
+    parser.add_argument("--robots", nargs="+", choices=["nico", "nicol"], default=["nico", "nicol"])
+    parser.add_argument("--as-is", action="store_true", help="run nothing: what is kept")
+    parser.add_argument("--write", action="store_true", help="into results/studies")
+    parser.add_argument("overrides", nargs="*", help="such as grasp.solver=cycleik_refined")
+    return parser
 
 
 def trials(overrides: Sequence[str], title: str, as_is: bool) -> GraspRows:

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from benchmarks.grasp_rows import trials
+from benchmarks.grasp_rows import grasp_arguments, trials
 from benchmarks.studies import write_study
 from pipeline.grasping.placements import pinned_version
 from pipeline.locations import results
@@ -84,13 +84,9 @@ class Line(Counted):
 
 
 def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--robots", nargs="+", choices=["nico", "nicol"], default=["nico", "nicol"])
+    parser = grasp_arguments(__doc__)
     parser.add_argument("--trials", type=int, default=100, help="of each robot in each setting")
     parser.add_argument("--settings", nargs="+", choices=[*SETTINGS], default=[*SETTINGS])
-    parser.add_argument("--as-is", action="store_true", help="run nothing: what is kept")
-    parser.add_argument("--write", action="store_true", help="into results/studies")
-    parser.add_argument("overrides", nargs="*", help="such as grasp.solver=cycleik_refined")
     return parser.parse_args()
 
 

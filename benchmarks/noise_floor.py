@@ -21,7 +21,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 import pandas as pd
 
-from benchmarks.grasp_rows import trials
+from benchmarks.grasp_rows import grasp_arguments, trials
 from benchmarks.studies import write_study
 from pipeline.grasping.outcome import SUCCESS
 from pipeline.grasping.placements import pinned_version
@@ -144,14 +144,10 @@ ROBOT_OF_PAIR = text("robot", "Robot", lambda pair: ROBOT.cell({"robot": pair[0]
 
 
 def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--robots", nargs="+", default=["nico", "nicol"])
+    parser = grasp_arguments(__doc__)
     parser.add_argument("--trials", type=int, default=20, help="with each seed at each rate")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--rates", type=float, nargs="+", default=[120.0, 240.0, 480.0])
-    parser.add_argument("--as-is", action="store_true", help="run nothing: what is kept")
-    parser.add_argument("--write", action="store_true", help="into results/studies")
-    parser.add_argument("overrides", nargs="*", help="such as grasp.solver=cycleik_refined")
     return parser.parse_args()
 
 

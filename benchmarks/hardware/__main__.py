@@ -21,6 +21,7 @@ import shlex
 import numpy as np
 import pandas as pd
 
+from benchmarks.grasp_rows import grasp_arguments
 from benchmarks.hardware.chances import CLASSES
 from benchmarks.hardware.drawing import draw
 from benchmarks.hardware.errors import ERRORS
@@ -45,13 +46,9 @@ COLUMNS = [
 
 
 def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--robots", nargs="+", choices=["nico", "nicol"], default=["nico", "nicol"])
+    parser = grasp_arguments(__doc__)
     parser.add_argument("--trials", type=int, default=320, help="with errors of many sizes")
     parser.add_argument("--check", type=int, default=100, help="with the smallest errors")
-    parser.add_argument("--as-is", action="store_true", help="run nothing: what is kept")
-    parser.add_argument("--write", action="store_true", help="into results/studies")
-    parser.add_argument("overrides", nargs="*", help="such as grasp.solver=cycleik_refined")
     return parser.parse_args()
 
 
