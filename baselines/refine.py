@@ -74,6 +74,13 @@ class Refined:
         status, iterations, starts = np.zeros((3, count), dtype=np.int64)
         return cls(np.zeros((count, dof)), status, iterations, starts, np.zeros(count))
 
+    def rows(self, chosen: NDArray[np.bool_]) -> Refined:
+        """What was done to some of the poses, where `chosen` (N,) holds."""
+        return Refined(
+            *(self.joints[chosen], self.status[chosen], self.iterations[chosen]),
+            *(self.starts[chosen], self.time_s[chosen]),
+        )
+
     def solution(self) -> Solution:
         """The same as a `Solution`."""
         reasons = tuple(_REASON_OF[self.status].tolist())

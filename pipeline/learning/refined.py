@@ -188,6 +188,24 @@ class RefinedSolver(KernelAbilities, FollowingSolver):
     def _proposed(
         self, poses: NDArray[np.float64], first: NDArray[np.float64], budget: Budget | None
     ) -> Refined:
+        """Refine from the first seeds, and where these do not lead to a solution, from hypotheses.
+
+        A guess that does spares the network. Where it does not, its descent is made again among
+        the others, so that an answer is the one that all seeds in their order give.
+        """
+        if first.shape[1] == 0:
+            return self._answered(poses, first, budget)
+        guessed = self._descended(poses, first, budget, starts=1)
+        if guessed.found.all():
+            return guessed
+        missed = ~guessed.found
+        answered = self._answered(poses[missed], first[missed], budget)
+        answered.time_s[:] += guessed.time_s[missed]
+        return merged(missed, answered, guessed.rows(~missed))
+
+    def _answered(
+        self, poses: NDArray[np.float64], first: NDArray[np.float64], budget: Budget | None
+    ) -> Refined:
         """Refine from the first seeds, then from the hypotheses."""
         start = time.perf_counter()
         answers = self.hypotheses(poses).joints[:, : self.tried]
@@ -197,10 +215,16 @@ class RefinedSolver(KernelAbilities, FollowingSolver):
         return refined
 
     def _descended(
-        self, poses: NDArray[np.float64], seeds: NDArray[np.float64], budget: Budget | None
+        self,
+        poses: NDArray[np.float64],
+        seeds: NDArray[np.float64],
+        budget: Budget | None,
+        starts: int | None = None,
     ) -> Refined:
-        """Descend from seeds (N, K, dof), then from the seed library."""
+        """Descend from seeds (N, K, dof), then from the seed library; so many starts at most."""
         options = self.options(budget)
+        if starts is not None:
+            options = options._replace(starts=min(options.starts, starts))
         if self.accelerator is not None:
             return refine_torch(self.accelerator, poses, seeds, options, self.library)
         return refine(self.robot, poses, seeds, options, self.threads, self.library)
