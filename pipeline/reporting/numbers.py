@@ -16,6 +16,7 @@ from pipeline.presentation.table import Table
 from pipeline.reporting.evidence import Evidence, Measured
 
 POSE = 7  # numbers that a network is given: position and quaternion
+SETTINGS = "hyperparameters"  # the table of numbers that are chosen, not measured
 FRACTION_EQUAL = 1e-3  # a setting that was taken over is the published one but for its rounding
 
 
@@ -70,6 +71,14 @@ class Line:
     why: str
 
     @property
+    def ours(self) -> float | str | None:
+        """Ours; a setting with all its digits, which are not those of a measurement."""
+        value = None if self.measured is None else self.measured.value
+        if self.table == SETTINGS and isinstance(value, float):
+            return f"{value:.12g}"
+        return value
+
+    @property
     def difference(self) -> float | None:
         """Ours minus the published number, where both are one number."""
         if self.measured is None or isinstance(self.measured.value, str):
@@ -98,7 +107,7 @@ COLUMNS = (
     text("metric", "metric"),
     text("unit", "unit"),
     text("published", "published"),
-    Column("ours", "ours", source=_of_measured("value"), digits=3),
+    Column("ours", "ours", source=lambda line: line.ours, digits=3),
     number("ours_low", "from", _of_measured("low")),
     number("ours_high", "to", _of_measured("high")),
     number("difference", "difference", signed=True),
@@ -160,7 +169,7 @@ def _measure(
     key: Mapping[str, str], evidence: Evidence, settings: Mapping[str, Setting]
 ) -> Measured | None:
     table, robot, method, metric = (key[k] for k in ("table", "robot", "method", "metric"))
-    if table == "hyperparameters":
+    if table == SETTINGS:
         setting = settings[robot].get(metric) if robot in settings else None
         return None if setting is None else Measured(setting)
     if table == "numerical_comparison":
