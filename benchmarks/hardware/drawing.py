@@ -16,10 +16,10 @@ from pipeline.presentation.style import INK, LOOKS, PAPER_COLOUR, SOFT, panels
 
 COLOURS = {
     "published": PAPER_COLOUR,
-    "no error": LOOKS[2].colour,
-    "smallest errors": LOOKS[0].colour,
+    "no error, run": LOOKS[2].colour,
+    "likely errors": LOOKS[0].colour,
+    "likely errors, run": LOOKS[1].colour,
 }
-COLOURS |= {"smallest errors, run": LOOKS[1].colour}
 BAR = 0.8
 
 
@@ -64,6 +64,7 @@ def _errors(axis: Axes, each: Robot) -> None:
     )
     axis.hlines(places, *found.spread, color=INK, linewidth=1.5)
     axis.plot(found.smallest, places, "o", color=LOOKS[0].colour, label="smallest, all together")
+    axis.plot(found.likely, places, "s", color=LOOKS[3].colour, label="likely, all together")
     alone = [one.share for one in found.alone]
     axis.plot(alone, places, "D", color=LOOKS[1].colour, label="smallest, alone")
     axis.set_yticks(places, [error.title for error in ERRORS])
@@ -74,12 +75,12 @@ def _errors(axis: Axes, each: Robot) -> None:
     axis.set_xticks([0, 0.5, 1])
     axis.set_xlabel("share of the range that was tried")
     axis.set_title(f"{robot_title(each.robot)}: errors that explain them")
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, fontsize=8)
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2, fontsize=8)
 
 
 def _sensitivity(axis: Axes, each: Robot) -> None:
-    smallest = np.nan_to_num(each.found.smallest)
-    change = 100 * each.found.sensitivity(smallest)
+    likely = np.nan_to_num(each.found.likely)
+    change = 100 * each.found.sensitivity(likely)
     most = max(float(np.abs(change).max()), 1.0)
     axis.imshow(change, cmap="RdBu", vmin=-most, vmax=most, aspect="auto")
     for row in range(len(ERRORS)):

@@ -14,6 +14,7 @@ from benchmarks.hardware.errors import ERRORS
 
 Array = NDArray[np.float64]
 LEVEL = 0.95  # errors are refused whose chances the published counts contradict at this level
+EVEN = 0.5  # level at which counts are as near to the chances as every other draw of them is
 POINTS = 16  # power of two of the errors that are looked at
 NEAR = 2.0  # more of them with small errors
 GRID = 501  # shares of a single error
@@ -65,8 +66,9 @@ class Explanation:
             those that the counts do not contradict; not numbers where they contradict all.
         spread: (2, E) between which 90 % of the smallest errors lie when the model is fitted to
             other draws of the trials.
-        likeliest: (E,) shares of the errors with which the counts are most likely.
-        least: Deviance with those.
+        likely: (E,) the smallest with which the counts are as near to their chances as every
+            other draw is; not numbers where there are none.
+        least: Smallest deviance with any errors.
         ranges: (2, E) least and largest share of each error among those not contradicted, whatever
             the others are.
         alone: Each error without the others.
@@ -77,7 +79,7 @@ class Explanation:
     none: float
     smallest: Array
     spread: Array
-    likeliest: Array
+    likely: Array
     least: float
     ranges: Array
     alone: tuple[Alone, ...]
@@ -105,7 +107,6 @@ def explain(shares: Array, outcomes: NDArray[np.int64], counts: Array) -> Explan
     model = fit(shares, outcomes)
     points = qmc.Sobol(len(ERRORS), rng=SEED).random_base2(POINTS) ** NEAR
     found = deviance(model.of(points), counts)
-    best = int(np.argmin(found))
     inside = points[found <= allowed()]
     ranges = np.array([inside.min(axis=0), inside.max(axis=0)]) if len(inside) else _nothing(2)
     draw = np.random.default_rng(SEED)
@@ -120,16 +121,16 @@ def explain(shares: Array, outcomes: NDArray[np.int64], counts: Array) -> Explan
         float(deviance(model.of(np.zeros((1, len(ERRORS)))), counts)[0]),
         _smallest(points, found),
         np.nanquantile(smallest, (0.05, 0.95), axis=0),
-        points[best],
-        float(found[best]),
+        _smallest(points, found, EVEN),
+        float(found.min()),
         ranges,
         tuple(_alone(model, counts, which) for which in range(len(ERRORS))),
     )
 
 
-def _smallest(points: Array, found: Array) -> Array:
-    """The point nearest to zero that is not contradicted."""
-    inside = points[found <= allowed()]
+def _smallest(points: Array, found: Array, level: float = LEVEL) -> Array:
+    """The point nearest to zero that is not contradicted at a level."""
+    inside = points[found <= allowed(level)]
     if not len(inside):
         return _nothing(1)[0]
     smallest: Array = inside[np.argmin((inside**2).sum(axis=1))]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,19 +27,14 @@ class Robot:
     Attributes:
         robot: Its name.
         found: The explanation.
-        trials: How many with errors of many sizes the chances are fitted to.
-        check: Outcomes of trials with the smallest errors, places in `CLASSES`; empty without.
+        trials: How many trials the chances are fitted to.
+        runs: Outcomes of trials that all had the same errors, places in `CLASSES`, by their name.
     """
 
     robot: str
     found: Explanation
     trials: int
-    check: NDArray[np.int64]
-
-    @property
-    def checked(self) -> Array:
-        """(3,) counts of the check, as far as it was run."""
-        return np.bincount(self.check, minlength=len(CLASSES)).astype(np.float64)
+    runs: Mapping[str, NDArray[np.int64]]
 
 
 @dataclass(frozen=True)
@@ -83,13 +78,13 @@ class Line:
 
 
 def settings(robots: Sequence[Robot]) -> list[Setting]:
-    """What the paper counted, and the chances with no error, the smallest and the likeliest."""
+    """What the paper counted, and the chances with no error, the smallest and likely ones."""
     lines = []
     for each in robots:
         found = each.found
         none = np.zeros(len(ERRORS))
         choices = [("no error", none), ("smallest errors", found.smallest)]
-        choices.append(("likeliest errors", found.likeliest))
+        choices.append(("likely errors", found.likely))
         published = found.counts / found.counts.sum()
         lines.append(
             Setting(each.robot, "published", int(found.counts.sum()), published, found.counts)
@@ -99,18 +94,10 @@ def settings(robots: Sequence[Robot]) -> list[Setting]:
             for name, shares in choices
             if not np.isnan(shares).any()
         ]
-        if len(each.check):
-            # A class that the check never met may still have a chance: half a trial more of each.
-            chances = (each.checked + 0.5) / (each.checked + 0.5).sum()
-            lines.append(
-                Setting(
-                    each.robot,
-                    "smallest errors, run",
-                    len(each.check),
-                    chances,
-                    found.counts,
-                )
-            )
+        for name, ended in each.runs.items():
+            # A class that no trial met may still have a chance: half a trial more of each.
+            counts = np.bincount(ended, minlength=len(CLASSES)) + 0.5
+            lines.append(Setting(each.robot, name, len(ended), counts / counts.sum(), found.counts))
     return lines
 
 
@@ -135,8 +122,9 @@ def tables(robots: Sequence[Robot]) -> Iterator[Table]:
         name="hardware_settings",
         title="How likely the published counts are",
         caption="Of the published trials those that neither detection nor language model lost. "
-        "Chances by the model, and by trials that were run with the smallest errors (half a trial "
-        "added to each class). Deviance and p-value: of the published counts under these chances.",
+        "Chances by the model, and by trials that were run with none and with the likely errors "
+        "(half a trial added to each class). Deviance and p-value: of the published counts under "
+        "these chances.",
     )
     yield Table.of(
         [
@@ -154,7 +142,7 @@ def tables(robots: Sequence[Robot]) -> Iterator[Table]:
                 number("smallest_low", "from", lambda line: line.said(line.found.spread[0])),
                 number("smallest_high", "to", lambda line: line.said(line.found.spread[1])),
             ),
-            number("likeliest", "likeliest", lambda line: line.said(line.found.likeliest)),
+            number("likely", "likely together", lambda line: line.said(line.found.likely)),
             *under(
                 "not contradicted",
                 number("range_low", "from", lambda line: line.said(line.found.ranges[0])),
@@ -170,14 +158,15 @@ def tables(robots: Sequence[Robot]) -> Iterator[Table]:
         title="What explains them",
         caption="The smallest errors, in the sum of squared shares of the ranges tried, that the "
         "published counts do not contradict (95 %); from and to: 90 % of refits to other draws of "
-        "the trials. Not contradicted: whatever the other errors are. Alone: the others zero; a "
+        "the trials. Likely: the smallest with which every other draw of the counts would be "
+        "farther off. Not contradicted: whatever the other errors are. Alone: the others zero; a "
         "dash where no size of it will do.",
     )
     yield Table.of(
         [
-            (each.robot, error, each.found.sensitivity(each.found.smallest)[which])
+            (each.robot, error, each.found.sensitivity(each.found.likely)[which])
             for each in robots
-            if not np.isnan(each.found.smallest).any()
+            if not np.isnan(each.found.likely).any()
             for which, error in enumerate(ERRORS)
         ],
         (
@@ -196,7 +185,7 @@ def tables(robots: Sequence[Robot]) -> Iterator[Table]:
         name="hardware_sensitivity",
         title="Which class an error feeds",
         caption="Change of the chances, in points of a hundred, where an error grows by a tenth of "
-        "its range from the smallest errors.",
+        "its range from the likely errors.",
     )
 
 
