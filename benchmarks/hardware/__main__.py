@@ -31,7 +31,7 @@ from benchmarks.hardware.tables import Robot, outcomes, tables
 from benchmarks.hardware.trials import SEED, design, run
 from benchmarks.studies import STUDIES, write_study
 from pipeline.grasping.outcome import DETECTION, LANGUAGE
-from pipeline.grasping.placements import pinned_version
+from pipeline.grasping.placements import TRIALS, pinned_version
 from pipeline.locations import published_results
 from pipeline.presentation.naming import robot_title
 from pipeline.presentation.published import Published, read_published
@@ -39,6 +39,7 @@ from pipeline.presentation.style import save, styled
 from pipeline.provenance import digest
 
 NAME, DPI, DIGITS = "hardware", 150, 6
+FEWEST = 60  # trials that a model is fitted to
 SHARES = [f"share_{error.key}" for error in ERRORS]
 COLUMNS = [
     *("robot", "run", "solver", "number", "trial", "seed", "object", *SHARES),
@@ -50,7 +51,12 @@ def arguments() -> argparse.Namespace:
     parser = grasp_arguments(__doc__)
     parser.add_argument("--trials", type=int, default=320, help="with errors of many sizes")
     parser.add_argument("--check", type=int, default=100, help="with none, and with likely errors")
-    return parser.parse_args()
+    options = parser.parse_args()
+    if options.trials < FEWEST:
+        parser.error(f"--trials must be {FEWEST} at least: a model is fitted to them")
+    if not 1 <= options.check <= TRIALS:
+        parser.error(f"--check must be 1 to {TRIALS}, the number of placements")
+    return options
 
 
 def main() -> None:
@@ -68,7 +74,8 @@ def main() -> None:
         made = {"no error": none, "many errors": many}
         rows = pd.concat(made.values(), ignore_index=True)
         shares = rows[SHARES].to_numpy(np.float64)
-        found = explain(shares, outcomes(rows), counts(published, robot))
+        places = rows["trial"].to_numpy(np.int64)
+        found = explain(shares, outcomes(rows), places, counts(published, robot))
         if not np.isnan(found.likely).any():
             name = f"likely-{digest(found.likely.tolist())[:12]}"
             made["likely errors"], _ = run(
@@ -89,7 +96,7 @@ def main() -> None:
         which = ["--robots", *options.robots, "--trials", str(options.trials)]
         which += ["--check", str(options.check), "--write", *options.overrides]
         command = shlex.join(["python", "-m", "benchmarks.hardware", *which])
-        seeds = f"0 to {int(table['seed'].max())}, of sizes {SEED}"
+        seeds = f"{table['seed'].min()} to {table['seed'].max()}, of sizes {SEED}"
         write_study(NAME, table, said, command, seeds, networks=", ".join(sorted(networks - {""})))
         with styled():
             save(draw(robots), STUDIES, NAME, DPI)
@@ -110,7 +117,8 @@ def text_of(robots: list[Robot], published: Published) -> str:
         lines.append(
             f"- {robot_title(each.robot)}: multinomial logistic model of {each.trials} trials "
             f"(penalty {foretold.penalty:g}); it foretells a trial that it has not seen "
-            f"{foretold.gain:.2f} nat better than the classes' frequencies do."
+            f"{foretold.gain:.2f} nat better than the classes' frequencies do. Of the refits "
+            f"{each.found.explained:.0%} explain the counts."
         )
         lost = [
             f"{published.number('grasping', each.robot, 'cycleik', key) or 0:.0f} to {name}"

@@ -79,8 +79,11 @@ def _errors(axis: Axes, each: Robot) -> None:
 
 
 def _sensitivity(axis: Axes, each: Robot) -> None:
-    likely = np.nan_to_num(each.found.likely)
-    change = 100 * each.found.sensitivity(likely)
+    if np.isnan(each.found.likely).any():
+        axis.set_axis_off()
+        axis.text(0.5, 0.5, "no errors make the counts likely", ha="center", color=INK)
+        return
+    change = 100 * each.found.sensitivity(each.found.likely)
     most = max(float(np.abs(change).max()), 1.0)
     axis.imshow(change, cmap="RdBu", vmin=-most, vmax=most, aspect="auto")
     for row in range(len(ERRORS)):

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaln, xlogy
+from scipy.optimize import NonlinearConstraint, minimize
+from scipy.special import xlogy
 from scipy.stats import chi2, qmc
 
 from benchmarks.hardware.chances import Chances, fit
@@ -14,28 +15,26 @@ from benchmarks.hardware.errors import ERRORS
 
 Array = NDArray[np.float64]
 LEVEL = 0.95  # errors are refused whose chances the published counts contradict at this level
-EVEN = 0.5  # level at which counts are as near to the chances as every other draw of them is
-POINTS = 16  # power of two of the errors that are looked at
+EVEN = 0.5  # level at which half of all draws of the counts would be farther off
+POINTS = 14  # power of two of the errors that are looked at
 NEAR = 2.0  # more of them with small errors
 GRID = 501  # shares of a single error
 REFITS = 200  # of the chances, to drawn trials: how far the trials themselves leave it open
 SEED = 6
-
-
-def log_likelihood(chances: Array, counts: Array) -> Array:
-    """Logarithm of the multinomial probability of counts (3,) under chances (N, 3)."""
-    ways = gammaln(counts.sum() + 1) - gammaln(counts + 1).sum()
-    result: Array = ways + xlogy(counts, np.maximum(chances, 1e-300)).sum(axis=1)
-    return result
+SMALL = 1e-3  # share below which an error is none, and deviance that a search may be off by
 
 
 def deviance(chances: Array, counts: Array) -> Array:
-    """Twice the logarithm by which the counts are less likely than under their own shares.
+    """Twice the logarithm by which counts (3,) are less likely than under their own shares.
 
     Under the true chances it is distributed as chi-squared with two degrees of freedom, about.
+
+    Args:
+        chances: (N, 3).
+        counts: (3,).
     """
-    own = log_likelihood((counts / counts.sum())[None], counts)
-    result: Array = 2.0 * (own - log_likelihood(chances, counts))
+    own = xlogy(counts, counts / counts.sum())
+    result: Array = 2.0 * (own - xlogy(counts, np.maximum(chances, 1e-300))).sum(axis=1)
     return result
 
 
@@ -45,18 +44,16 @@ class Alone:
 
     Attributes:
         share: The smallest that the counts do not contradict; not a number if they contradict all.
-        best: The share with which the counts are most likely.
-        deviance: With that.
+        deviance: The least that any share of it has.
     """
 
     share: float
-    best: float
     deviance: float
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """What the counts say of the errors of a robot.
+    """What the counts say of the errors of a robot, if the fitted chances are the true ones.
 
     Attributes:
         counts: (3,) published.
@@ -65,9 +62,10 @@ class Explanation:
         smallest: (E,) shares of the errors that are smallest in the sum of their squares among
             those that the counts do not contradict; not numbers where they contradict all.
         spread: (2, E) between which 90 % of the smallest errors lie when the model is fitted to
-            other draws of the trials.
-        likely: (E,) the smallest with which the counts are as near to their chances as every
-            other draw is; not numbers where there are none.
+            other draws of the placements.
+        explained: Share of these fits that explain the counts at all.
+        likely: (E,) the smallest with which half of all draws of the counts would be farther off;
+            not numbers where there are none.
         least: Smallest deviance with any errors.
         ranges: (2, E) least and largest share of each error among those not contradicted, whatever
             the others are.
@@ -79,6 +77,7 @@ class Explanation:
     none: float
     smallest: Array
     spread: Array
+    explained: float
     likely: Array
     least: float
     ranges: Array
@@ -96,45 +95,86 @@ def allowed(level: float = LEVEL) -> float:
     return float(chi2.ppf(level, 2))
 
 
-def explain(shares: Array, outcomes: NDArray[np.int64], counts: Array) -> Explanation:
+def explain(
+    shares: Array, outcomes: NDArray[np.int64], places: NDArray[np.int64], counts: Array
+) -> Explanation:
     """Find the errors that explain counts.
 
     Args:
         shares: (N, E) errors of the trials, shares of their ranges.
         outcomes: (N,) how they ended, places in `CLASSES`.
+        places: (N,) number of the placement that each began with; some begin alike.
         counts: (3,) published.
     """
     model = fit(shares, outcomes)
-    points = qmc.Sobol(len(ERRORS), rng=SEED).random_base2(POINTS) ** NEAR
+    points = _candidates()
     found = deviance(model.of(points), counts)
     inside = points[found <= allowed()]
     ranges = np.array([inside.min(axis=0), inside.max(axis=0)]) if len(inside) else _nothing(2)
-    draw = np.random.default_rng(SEED)
-    smallest = []
-    for _ in range(REFITS):
-        some = draw.integers(0, len(outcomes), len(outcomes))
-        again = fit(shares[some], outcomes[some], model.penalty)
-        smallest.append(_smallest(points, deviance(again.of(points), counts)))
+    smallest = _refitted(shares, outcomes, places, counts, model.penalty)
+    explained = ~np.isnan(smallest[:, 0])
     return Explanation(
         counts,
         model,
         float(deviance(model.of(np.zeros((1, len(ERRORS)))), counts)[0]),
-        _smallest(points, found),
-        np.nanquantile(smallest, (0.05, 0.95), axis=0),
-        _smallest(points, found, EVEN),
+        _smallest(model, counts),
+        np.quantile(smallest[explained], (0.05, 0.95), axis=0) if any(explained) else _nothing(2),
+        float(explained.mean()),
+        _smallest(model, counts, EVEN),
         float(found.min()),
         ranges,
         tuple(_alone(model, counts, which) for which in range(len(ERRORS))),
     )
 
 
-def _smallest(points: Array, found: Array, level: float = LEVEL) -> Array:
-    """The point nearest to zero that is not contradicted at a level."""
-    inside = points[found <= allowed(level)]
+def _candidates() -> Array:
+    """Shares to look at (N, E): none, each error alone, and many at once."""
+    many = qmc.Sobol(len(ERRORS), rng=SEED).random_base2(POINTS) ** NEAR
+    alone = [share * axis for axis in np.eye(len(ERRORS)) for share in np.linspace(0.0, 1.0, 51)]
+    return np.concatenate((alone, many))
+
+
+def _refitted(
+    shares: Array,
+    outcomes: NDArray[np.int64],
+    places: NDArray[np.int64],
+    counts: Array,
+    penalty: float,
+) -> Array:
+    """Smallest errors (`REFITS`, E) by models of placements drawn with replacement."""
+    draw = np.random.default_rng(SEED)
+    rows = [np.flatnonzero(places == place) for place in np.unique(places)]
+    smallest = []
+    for _ in range(REFITS):
+        some = np.concatenate([rows[k] for k in draw.integers(0, len(rows), len(rows))])
+        smallest.append(_smallest(fit(shares[some], outcomes[some], penalty), counts))
+    return np.array(smallest)
+
+
+def _smallest(model: Chances, counts: Array, level: float = LEVEL) -> Array:
+    """The errors nearest to zero that are not contradicted at a level."""
+    points = _candidates()
+    inside = points[deviance(model.of(points), counts) <= allowed(level)]
     if not len(inside):
         return _nothing(1)[0]
-    smallest: Array = inside[np.argmin((inside**2).sum(axis=1))]
-    return smallest
+    start: Array = inside[np.argmin((inside**2).sum(axis=1))]
+    if not start.any():
+        return start
+
+    def excess(shares: Array) -> float:
+        return float(deviance(model.of(shares[None]), counts)[0])
+
+    found = minimize(
+        lambda shares: (float(shares @ shares), 2.0 * shares),
+        start,
+        jac=True,
+        method="SLSQP",
+        bounds=[(0.0, 1.0)] * len(start),
+        constraints=NonlinearConstraint(excess, -np.inf, allowed(level)),
+    )
+    polished: Array = np.where(found.x < SMALL, 0.0, found.x)
+    nearer = polished @ polished < start @ start
+    return polished if nearer and excess(polished) <= allowed(level) + SMALL else start
 
 
 def _nothing(lines: int) -> Array:
@@ -147,6 +187,5 @@ def _alone(model: Chances, counts: Array, which: int) -> Alone:
     shares[:, which] = grid
     found = deviance(model.of(shares), counts)
     inside = found <= allowed()
-    best = int(np.argmin(found))
     first = float(grid[inside.argmax()]) if inside.any() else np.nan
-    return Alone(first, float(grid[best]), float(found[best]))
+    return Alone(first, float(found.min()))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.stats import chi2, chi2_contingency
 
 from benchmarks.hardware.chances import CLASSES
 from benchmarks.hardware.errors import ERRORS, Error
@@ -17,7 +17,7 @@ from pipeline.presentation.columns import ROBOT, count, number, p_value, share, 
 from pipeline.presentation.table import Table
 
 Array = NDArray[np.float64]
-LOST = dict(zip(CLASSES[1:], ("slipped", "not_grasped"), strict=True))
+LIKELIHOOD = "log-likelihood"  # the test's statistic, of Cressie and Read's family
 
 
 @dataclass(frozen=True)
@@ -43,19 +43,22 @@ class Setting:
 
     robot: str
     name: str
-    trials: int | None
     chances: Array
     counts: Array  # published, which these chances are to explain
+    ended: Array | None = None  # counts of the trials that the chances were counted in
 
     @property
-    def deviance(self) -> float:
-        """Of the published counts."""
-        return float(deviance(self.chances[None], self.counts)[0])
+    def trials(self) -> int | None:
+        """How many trials the chances were counted in; None for those of the model."""
+        return None if self.ended is None else int(self.ended.sum())
 
     @property
     def p_value(self) -> float:
-        """Of a larger deviance, if these chances were the true ones."""
-        return float(chi2.sf(self.deviance, len(CLASSES) - 1))
+        """Of published counts farther off; where chances were counted, of both counts at once."""
+        if self.ended is None:
+            return float(chi2.sf(deviance(self.chances[None], self.counts)[0], len(CLASSES) - 1))
+        both = np.array([self.counts, self.ended])
+        return float(chi2_contingency(both[:, both.any(axis=0)], lambda_=LIKELIHOOD).pvalue)
 
 
 @dataclass(frozen=True)
@@ -86,18 +89,15 @@ def settings(robots: Sequence[Robot]) -> list[Setting]:
         choices = [("no error", none), ("smallest errors", found.smallest)]
         choices.append(("likely errors", found.likely))
         published = found.counts / found.counts.sum()
-        lines.append(
-            Setting(each.robot, "published", int(found.counts.sum()), published, found.counts)
-        )
+        lines.append(Setting(each.robot, "published", published, found.counts, found.counts))
         lines += [
-            Setting(each.robot, name, None, found.chances.of(shares[None])[0], found.counts)
+            Setting(each.robot, name, found.chances.of(shares[None])[0], found.counts)
             for name, shares in choices
             if not np.isnan(shares).any()
         ]
         for name, ended in each.runs.items():
-            # A class that no trial met may still have a chance: half a trial more of each.
-            counts = np.bincount(ended, minlength=len(CLASSES)) + 0.5
-            lines.append(Setting(each.robot, name, len(ended), counts / counts.sum(), found.counts))
+            counts = np.bincount(ended, minlength=len(CLASSES)).astype(np.float64)
+            lines.append(Setting(each.robot, name, counts / counts.sum(), found.counts, counts))
     return lines
 
 
@@ -116,15 +116,14 @@ def tables(robots: Sequence[Robot]) -> Iterator[Table]:
                     for k, name in enumerate(CLASSES)
                 ),
             ),
-            number("deviance", "deviance", decimals=1),
             p_value("p", "p_value"),
         ),
         name="hardware_settings",
         title="How likely the published counts are",
         caption="Of the published trials those that neither detection nor language model lost. "
-        "Chances by the model, and by trials that were run with none and with the likely errors "
-        "(half a trial added to each class). Deviance and p-value: of the published counts under "
-        "these chances.",
+        "Chances by the model, and shares of trials that were run with none and with the likely "
+        "errors. p: of the published counts under the model's chances (likelihood ratio), or that "
+        "they and the run's were drawn alike.",
     )
     yield Table.of(
         [
@@ -158,9 +157,9 @@ def tables(robots: Sequence[Robot]) -> Iterator[Table]:
         title="What explains them",
         caption="The smallest errors, in the sum of squared shares of the ranges tried, that the "
         "published counts do not contradict (95 %); from and to: 90 % of refits to other draws of "
-        "the trials. Likely: the smallest with which every other draw of the counts would be "
-        "farther off. Not contradicted: whatever the other errors are. Alone: the others zero; a "
-        "dash where no size of it will do.",
+        "the placements, of those that explain the counts. Likely: the smallest with which half of "
+        "all draws of the counts would be farther off. Not contradicted: whatever the other errors "
+        "are. Alone: the others zero; a dash where no size of it will do.",
     )
     yield Table.of(
         [

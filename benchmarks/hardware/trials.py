@@ -11,14 +11,17 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from baselines import SolverError
 from benchmarks.hardware.errors import ERRORS, values
 from pipeline.config import compose
 from pipeline.data.rows import Resumable, RowCheckpoint
+from pipeline.errors import PipelineError
 from pipeline.grasping.ablation import changed
 from pipeline.grasping.placements import TRIALS
 from pipeline.grasping.series import Series
 from pipeline.locations import results
 from pipeline.progress import bar
+from pipeline.provenance import digest
 from pipeline.stages import grasp
 from pipeline.stages.graph import STAGES
 from pipeline.stages.grasp_units import load_runner, row_identity
@@ -47,6 +50,9 @@ def design(count: int) -> Array:
 class Spoilt(Resumable):
     """Trials of a robot on its pinned placements, each with errors of its own sizes.
 
+    Beyond the placements these begin anew with other draws; where there are no errors nothing is
+    drawn, and they would be the same trials.
+
     Args:
         series: The trials without errors.
         shares: (N, 6) of the errors' ranges, a line a trial.
@@ -60,7 +66,7 @@ class Spoilt(Resumable):
         return {number: [(number,)] for number in range(len(self.shares))}
 
     def unit(self, unit: int) -> list[dict[str, Any]]:
-        """See `Resumable`; beyond the pinned placements these begin anew, other draws with them."""
+        """See `Resumable`."""
         again, number = divmod(unit, TRIALS)
         config = changed(self.series.config, values(self.shares[unit]))
         series = replace(self.series, config=config, seed=self.series.seed + again)
@@ -82,15 +88,29 @@ def run(
         name: Of these shares; more of the same are added to what is kept.
         overrides: Of the run.
         as_is: Whether to run nothing.
+
+    Raises:
+        SystemExit: The run cannot be made, and why.
     """
+    try:
+        return _run(robot, shares, name, overrides, as_is)
+    except (PipelineError, SolverError) as error:
+        raise SystemExit(str(error)) from error
+
+
+def _run(
+    robot: str, shares: Array, name: str, overrides: Sequence[str], as_is: bool
+) -> tuple[pd.DataFrame, str]:
     plain = ["perception=perfect", "agent=none", "grasp.placements=pinned", "grasp.video=none"]
     config = compose([f"robot={robot}", *plain, f"grasp.trials={TRIALS}", *overrides])
     grasp.check(config)
     config = with_weights(config, STAGES["grasp"].solver_names(config))
     series = load_runner(config)
-    assert isinstance(series, Series)
+    if not isinstance(series, Series):
+        raise PipelineError("the trials are single objects at known places: leave out perception")
     identity = row_identity(config, series)
-    path = results() / "hardware" / f"{identity.path.stem}-{name}.jsonl"
+    ranges = digest([[[error.key, error.perfect, error.worst] for error in ERRORS], NEAR, SEED])
+    path = results() / "hardware" / f"{identity.path.stem}-{ranges[:8]}-{name}.jsonl"
     kept, spoilt = RowCheckpoint(path, ("number",)), Spoilt(series, shares)
     if as_is:
         rows = pd.DataFrame([row for n in range(len(shares)) if (row := kept.get(n)) is not None])

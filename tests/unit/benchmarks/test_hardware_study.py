@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from benchmarks.hardware.chances import CLASSES, fit
 from benchmarks.hardware.errors import ERRORS, values
-from benchmarks.hardware.explanation import allowed, deviance, explain, log_likelihood
+from benchmarks.hardware.explanation import allowed, deviance, explain
 from benchmarks.hardware.trials import design
 
 Array = NDArray[np.float64]
@@ -40,10 +40,11 @@ def test_a_longer_design_goes_on_from_a_shorter_one() -> None:
     assert np.array_equal(design(50), design(300)[:50])
 
 
-def test_the_likelihood_is_the_multinomial_one() -> None:
-    """Two of three trials succeed with chance 1/2 each: 3 / 8 in all, by hand."""
+def test_the_deviance_by_hand() -> None:
+    """Two of three trials succeed with chance 1/2: 2 (2 ln(2/3 / 1/2) + ln(1/3 / 1/2))."""
     chances = np.array([[0.5, 0.5, 0.0]])
-    assert log_likelihood(chances, np.array([2.0, 1.0, 0.0]))[0] == pytest.approx(np.log(3 / 8))
+    expected = 2 * (2 * np.log(4 / 3) + np.log(2 / 3))
+    assert deviance(chances, np.array([2.0, 1.0, 0.0]))[0] == pytest.approx(expected)
 
 
 def test_the_deviance_is_zero_for_own_shares_and_chi_squared_for_the_truth() -> None:
@@ -68,14 +69,18 @@ def test_the_fit_finds_the_chances_that_trials_were_drawn_with() -> None:
 def test_errors_that_do_nothing_are_not_blamed() -> None:
     shares, outcomes = drawn(1000)
     counts = np.array([75.0, 2.0, 23.0])
-    found = explain(shares, outcomes, counts)
+    found = explain(shares, outcomes, np.arange(1000) % 100, counts)
     assert found.none > allowed() > found.least
     expected = 0.5 + np.log(0.23 / 0.77) / 8  # where 23 in 100 are lost
-    assert found.alone[0].best == pytest.approx(expected, abs=0.06)
-    assert found.smallest[0] == pytest.approx(expected, abs=0.12)
-    assert found.smallest[1:] == pytest.approx(np.zeros(len(ERRORS) - 1), abs=0.15)
+    assert found.likely[0] == pytest.approx(expected, abs=0.06)
+    assert found.alone[0].share < expected
+    assert found.smallest[0] == pytest.approx(found.alone[0].share, abs=0.02)
+    assert np.linalg.norm(found.smallest) <= found.alone[0].share + 1e-3
+    assert found.smallest[1:] == pytest.approx(np.zeros(len(ERRORS) - 1), abs=0.07)
+    assert found.explained == 1.0
+    assert (found.spread[0] <= found.smallest + 0.05).all()
     assert all(np.isnan(each.share) for each in found.alone[1:])
-    change = found.sensitivity(found.smallest)
+    change = found.sensitivity(found.likely)
     not_grasped = CLASSES.index("Not Grasped")
     assert change[0, not_grasped] > 0.05
     assert np.abs(change[1:, not_grasped]).max() < 0.5 * change[0, not_grasped]
@@ -84,7 +89,8 @@ def test_errors_that_do_nothing_are_not_blamed() -> None:
 
 def test_counts_that_no_error_explains_say_so() -> None:
     shares, outcomes = drawn(500)
-    found = explain(shares, outcomes, np.array([20.0, 75.0, 5.0]))
+    found = explain(shares, outcomes, np.arange(500), np.array([20.0, 75.0, 5.0]))
+    assert found.explained < 0.1
     assert np.isnan(found.smallest).all()
     assert np.isnan(found.ranges).all()
     assert found.least > allowed()
