@@ -8,6 +8,7 @@ from typing import Any
 
 import pandas as pd
 
+from baselines import SolverError
 from pipeline.config import compose
 from pipeline.data.rows import RowCheckpoint
 from pipeline.errors import PipelineError
@@ -66,14 +67,17 @@ class GraspRows:
         return pd.DataFrame([row for row in kept if row is not None])
 
 
-def grasp_arguments(document: str | None) -> argparse.ArgumentParser:
+def grasp_arguments(
+    document: str | None, robots: Sequence[str] | None = None
+) -> argparse.ArgumentParser:
     """Return a parser of what every study of grasps takes; it has options of its own beside these.
 
     Args:
         document: Of the module; its first line describes the study.
+        robots: That it can be made of; None for any.
     """
     parser = argparse.ArgumentParser(description=(document or "").splitlines()[0])
-    parser.add_argument("--robots", nargs="+", choices=["nico", "nicol"], default=["nico", "nicol"])
+    parser.add_argument("--robots", nargs="+", choices=robots, default=["nico", "nicol"])
     parser.add_argument("--as-is", action="store_true", help="run nothing: what is kept")
     parser.add_argument("--write", action="store_true", help="into results/studies")
     parser.add_argument("overrides", nargs="*", help="such as grasp.solver=cycleik_refined")
@@ -88,7 +92,7 @@ def trials(overrides: Sequence[str], title: str, as_is: bool) -> GraspRows:
     """
     try:
         made = GraspRows(overrides)
-    except PipelineError as error:
+    except (PipelineError, SolverError) as error:
         raise SystemExit(str(error)) from error
     if not as_is:
         with bar(made.wanted, "trial", title) as shown:

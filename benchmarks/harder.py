@@ -7,8 +7,8 @@ Each beside the trials that it is harder than: *clutter* and *spoken* beside the
 (rows of objects, camera, agent), *retries* beside the same with a calibration error of the eye,
 *shake*, *unseen* and *table* beside single objects at known places.
 Rows are kept as they are made, below results/harder: the command may be killed and given again,
-with more trials too. `--write` renews results/studies/harder.{csv,md} after every series, `--as-is`
-with what is kept, without a trial.
+with more trials too, up to the 100 that are pinned. `--write` renews
+results/studies/harder.{csv,md} after every series, `--as-is` with what is kept, without a trial.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Line(Counted):
 
 
 def arguments() -> argparse.Namespace:
-    parser = grasp_arguments(__doc__)
+    parser = grasp_arguments(__doc__, ["nico", "nicol"])
     parser.add_argument("--trials", type=int, default=100, help="of each robot in each setting")
     parser.add_argument("--settings", nargs="+", choices=[*SETTINGS], default=[*SETTINGS])
     return parser.parse_args()
@@ -156,7 +156,7 @@ def text_of(rows: pd.DataFrame, robots: list[str]) -> str:
         caption="Success with 95 % Wilson intervals, lost trials by class, median time of a trial. "
         "Unseen: ten further objects, for NICO's small hand the lightest five. Up to three times: "
         "the sentence is said again while something is seen on the table. Whole table: anywhere "
-        "between the bins, out of reach too. Spoken: by four voices in white noise of 20 dB less.",
+        "between the bins, out of reach too. Spoken: by several voices in white noise.",
     )
     versions = ", ".join(f"{robot} {pinned_version(robot)}" for robot in robots)
     shown = table.to_markdown().partition("\n")[2]

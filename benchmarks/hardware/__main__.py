@@ -48,7 +48,7 @@ COLUMNS = [
 
 
 def arguments() -> argparse.Namespace:
-    parser = grasp_arguments(__doc__)
+    parser = grasp_arguments(__doc__, ["nico", "nicol"])
     parser.add_argument("--trials", type=int, default=320, help="with errors of many sizes")
     parser.add_argument("--check", type=int, default=100, help="with none, and with likely errors")
     options = parser.parse_args()

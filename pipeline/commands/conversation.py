@@ -12,6 +12,7 @@ from pipeline.embodiment.perception import make_perception
 from pipeline.embodiment.row import row_setup
 from pipeline.embodiment.scene_objects import SceneObjects
 from pipeline.embodiment.session import Session
+from pipeline.grasping.hardware import Hardware
 from pipeline.grasping.scene import Scene
 from pipeline.grasping.trial import required_scene
 from pipeline.settings import Config
@@ -47,7 +48,8 @@ def converse(config: Config, robot: Robot) -> None:
     detector = detector_of(robot, config) if config.perception.source == "camera" else None
     perception = make_perception(config.perception, grasp, robot, detector, config.seed)
     agent = load_agent(config.agent, robot.name)
-    with Scene(robot, scene_config, grasp.physics, grasp.gui) as scene:
+    hardware = Hardware.drawn(grasp.hardware, robot, config.seed, 0)
+    with Scene(robot, scene_config, grasp.physics, grasp.gui, hardware) as scene:
         objects = SceneObjects(scene, grasp, row_setup(grasp, robot.name, 0, config.seed))
         scene.wait(grasp.physics.settle_s)
         body = Body(scene, grasp, solver, repair)

@@ -88,7 +88,8 @@ def embodied_facts(config: Config) -> dict[str, Any]:
             agent, local=replace(agent.local, file=sha256(model_file(agent.local.file)))
         )
     facts = {"perception": to_dict(config.perception), "agent": to_dict(agent)}
-    return facts | ({"speech": to_dict(config.speech)} if config.speech.loop.voices else {})
+    spoken = {**to_dict(config.speech), "microphone": None}
+    return facts | ({"speech": spoken} if config.speech.loop.voices else {})
 
 
 def perception_identity(runner: AgentSeries) -> dict[str, Any]:

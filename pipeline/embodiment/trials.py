@@ -89,7 +89,7 @@ class Experiment:
                 refuse=_so_often_each(protocol.attempts),
             )
             words = protocol.sentence.format(robot=robot.name.upper())
-            heard = Heard(words, 0.0) if self.ear is None else self.ear.hear(words, number)
+            heard = Heard(words, np.nan) if self.ear is None else self.ear.hear(words, number)
             episode = session.insist(heard.words, protocol.attempts)
         shared = {
             "heard": "" if self.ear is None else heard.words,
@@ -98,8 +98,10 @@ class Experiment:
             "problem": episode.turns[-1].reason,
             "wall_s": (time.perf_counter() - begin) / len(setups),
         }
-        located = config.protocol.located
-        verdicts = [judge(each, at_first[each.body], episode, located) for each in objects.all]
+        located, once = config.protocol.located, config.protocol.attempts == 1
+        verdicts = [
+            judge(each, at_first[each.body], episode, located, once) for each in objects.all
+        ]
         kept = self._keep(number, objects, at_first, verdicts, episode, agent)
         return [
             self._raw_row(obj, verdict) | files | shared

@@ -26,7 +26,7 @@ class Verdict:
         reason: In words.
         attempt: The grasp that it was judged by; None if there was none.
         order: Number of that grasp in its row, from 1; 0 if there was none.
-        attempts: Grasps where the object lay.
+        attempts: Grasps where the object lay, or in its name where nothing lay.
         seen_as: Name under which it was seen where it lay; nothing if it was not.
         score: Certainty of that sighting, NaN if there was none.
         sighting_error: Distance from where it was seen to where it lay [m], NaN if not seen.
@@ -42,7 +42,9 @@ class Verdict:
     sighting_error: float
 
 
-def judge(obj: SceneObject, at_first: Array, episode: Episode, located: float) -> Verdict:
+def judge(
+    obj: SceneObject, at_first: Array, episode: Episode, located: float, once: bool = True
+) -> Verdict:
     """Class one object of a row.
 
     Args:
@@ -50,8 +52,10 @@ def judge(obj: SceneObject, at_first: Array, episode: Episode, located: float) -
         at_first: Where it lay when the agent was instructed, base frame [m], shape (3,).
         episode: How the instruction went.
         located: Distance within which a sighting is of the object that lies there [m].
+        once: Whether the first grasp counts, as in the paper; else the last, or the one that
+            succeeded.
     """
-    attempt, order, attempts = _attempt(obj, episode)
+    attempt, order, attempts = _attempt(obj, episode, once)
     seen_as, score, error = _seen(obj.name, at_first, episode, located)
     if attempt is not None and attempt.sighting is not None:
         seen_as, score = attempt.sighting.name, attempt.sighting.score
@@ -60,18 +64,23 @@ def judge(obj: SceneObject, at_first: Array, episode: Episode, located: float) -
     return Verdict(outcome, reason, attempt, order, attempts, seen_as, score, error)
 
 
-def _attempt(obj: SceneObject, episode: Episode) -> tuple[Event | None, int, int]:
-    """The last grasp where the object lay, or else the first in its name where nothing lay.
+def _attempt(obj: SceneObject, episode: Episode, once: bool) -> tuple[Event | None, int, int]:
+    """The grasp that an object is judged by.
+
+    Where it counts once, the first where the object lay, or else the first in its name where
+    nothing lay. Where it may be tried again, the one that brought it into a bin: nothing can become
+    of it afterwards; or else the last of the former, or of the latter.
 
     Returns:
-        The grasp, its number in the row, and how many there were where the object lay.
+        The grasp, its number in the row, and how many there were for this object.
     """
     grasps = [event for event in episode.events if event.report is not None]
     here = [event for event in grasps if event.obj is obj]
     meant = [e for e in grasps if e.obj is None and e.action.target == obj.name]
-    for event in (*here[::-1], *meant):
+    won = [event for event in (*here, *meant) if event.result.done]
+    for event in (*here, *meant) if once else (*won, *here[::-1], *meant[::-1]):
         order = next(k for k, other in enumerate(grasps, start=1) if other is event)
-        return event, order, len(here)
+        return event, order, len(here) + len(meant)
     return None, 0, 0
 
 

@@ -1,7 +1,7 @@
 """What a real arm has and a simulated one lacks: zeros that are off, play, unweighed objects.
 
 All is drawn for a trial from its number and the seed, so that a trial with errors is as repeatable
-as one without. With sizes of zero nothing is drawn and no bit of a trial changes.
+as one without. With sizes of zero no bit of a trial changes.
 """
 
 from __future__ import annotations

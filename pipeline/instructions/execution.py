@@ -2,12 +2,11 @@
 
 An agent plans for what the suite says is in view. Then these things are laid on a robot's table,
 the scene moved as a whole to the middle of its action area, and the body does what was planned, in
-physics.
+physics, at places that the simulator tells.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,15 +14,16 @@ import numpy as np
 
 from pipeline.agent import Agent, Turn
 from pipeline.embodiment.body import Body
-from pipeline.embodiment.perception import Perception
+from pipeline.embodiment.perception import GroundTruthPerception
 from pipeline.embodiment.row import resting_yaw
 from pipeline.embodiment.scene_objects import SceneObjects
 from pipeline.embodiment.session import Event, Session
 from pipeline.grasping.config import GraspConfig, SceneConfig
+from pipeline.grasping.hardware import Hardware
 from pipeline.grasping.placements import Setup
 from pipeline.grasping.scene import Scene
 from pipeline.grasping.trial import required_scene
-from pipeline.instructions.plans import done_of
+from pipeline.instructions.plans import SuiteError, done_of
 from pipeline.instructions.suite import Instruction, row_of
 
 if TYPE_CHECKING:
@@ -42,14 +42,14 @@ class World:
         config: Of its grasps.
         solver: Inverse kinematics of its motions.
         repair: Solver that mends their waypoints, or None.
-        perception: How the table is seen.
+        seed: Root seed of the hardware's errors.
     """
 
     robot: Robot
     config: GraspConfig
     solver: Solver
     repair: Solver | None
-    perception: Perception
+    seed: int
 
     @property
     def solvers(self) -> list[Solver]:
@@ -58,15 +58,51 @@ class World:
 
     def carry_out(self, instruction: Instruction, turn: Turn, agent: Agent) -> list[Event]:
         """Lay the things of an instruction, and do what an agent's reply to it says."""
-        scene_config = required_scene(self.config, self.robot.name)
-        with Scene(self.robot, scene_config, self.config.physics, self.config.gui) as scene:
+        scene_config, config = required_scene(self.config, self.robot.name), self.config
+        hardware = Hardware.drawn(config.hardware, self.robot, self.seed, instruction.number)
+        with Scene(self.robot, scene_config, config.physics, config.gui, hardware) as scene:
             setups = laid_out(instruction, self.config, scene_config)
             objects = SceneObjects(scene, self.config, setups)
             scene.wait(self.config.physics.settle_s)
             body = Body(scene, self.config, self.solver, self.repair)
             located = self.config.protocol.located
-            session = Session(agent, body, self.perception, objects, located)
+            sight = GroundTruthPerception(self.config.protocol.bin_margin)
+            session = Session(agent, body, sight, objects, located)
             return session.do(turn.actions, session.look())
+
+    def check(self, instruction: Instruction) -> None:
+        """Refuse an instruction whose scene does not fit on the robot's table.
+
+        Raises:
+            SuiteError: A bin stands where something is to lie.
+        """
+        laid_out(instruction, self.config, required_scene(self.config, self.robot.name))
+
+    def row(self, instruction: Instruction, agent: Agent, name: str) -> dict[str, Any]:
+        """Return the raw row of an instruction that an agent plans and the body carries out.
+
+        Beside the columns of the plan: `executed`, whether the plan was right and every action of
+        it was done; `failed`, the first action that was not, and why; `lasted_s` of simulated time.
+
+        Args:
+            instruction: Of the suite.
+            agent: A conversation that begins.
+            name: How the agent is called in the row.
+        """
+        turn = agent.instruct(instruction.says, instruction.seen)
+        planned = row_of(instruction, turn, name)
+        events = self.carry_out(instruction, turn, agent) if done_of(turn) else []
+        failed = [event for event in events if not event.result.done]
+        said = [
+            f"{event.action.kind} {event.action.target}: {event.result.words}" for event in failed
+        ]
+        return planned | {
+            "robot": self.robot.name,
+            "solver": self.solver.name,
+            "executed": planned["class"] == RIGHT and not failed,
+            "failed": said[0] if said else "",
+            "lasted_s": float(sum(event.lasted_s for event in events)),
+        }
 
 
 def laid_out(instruction: Instruction, config: GraspConfig, scene: SceneConfig) -> list[Setup]:
@@ -75,13 +111,24 @@ def laid_out(instruction: Instruction, config: GraspConfig, scene: SceneConfig) 
     Args:
         instruction: Says what is in view, and where in the suite's own frame.
         config: Has the objects.
-        scene: Has the area.
+        scene: Has the area and the bins.
+
+    Raises:
+        SuiteError: A bin stands where something is to lie.
     """
     if not instruction.seen:
         return []
     places = np.array([each.position for each in instruction.seen])
     area = np.array([scene.area.x, scene.area.y])
     moved = places + area.mean(axis=1) - 0.5 * (places.min(axis=0) + places.max(axis=0))
+    for each, place in zip(instruction.seen, moved, strict=True):
+        for side, box in scene.bins.items():
+            reserved = 0.5 * np.array(box.size[:2]) + config.protocol.bin_margin
+            if (np.abs(place - box.centre) < reserved).all():
+                raise SuiteError(
+                    f"the scene {instruction.scene} does not fit on this table: the {each.name} "
+                    f"would lie in the {side} bin; choose another robot, such as robot=nicol"
+                )
     return [
         Setup(
             number=number,
@@ -93,35 +140,3 @@ def laid_out(instruction: Instruction, config: GraspConfig, scene: SceneConfig) 
         )
         for number, (each, place) in enumerate(zip(instruction.seen, moved, strict=True))
     ]
-
-
-def executed_rows(
-    instructions: list[Instruction], agent: Callable[[], Agent], name: str, world: World
-) -> Iterator[dict[str, Any]]:
-    """Yield one raw row for each instruction, carried out.
-
-    Beside the columns of the plan: `executed`, whether the plan was right and every action of it
-    was done; `failed`, the first action that was not, and why; `lasted_s` of simulated time.
-
-    Args:
-        instructions: Of the suite.
-        agent: Begins a conversation, one an instruction.
-        name: How the agent is called in the rows.
-        world: Where it acts.
-    """
-    for each in instructions:
-        speaker = agent()
-        turn = speaker.instruct(each.says, each.seen)
-        row = row_of(each, turn, name)
-        events = world.carry_out(each, turn, speaker) if done_of(turn) else []
-        failed = [event for event in events if not event.result.done]
-        said = [
-            f"{event.action.kind} {event.action.target}: {event.result.words}" for event in failed
-        ]
-        yield row | {
-            "robot": world.robot.name,
-            "solver": world.solver.name,
-            "executed": row["class"] == RIGHT and not failed,
-            "failed": said[0] if said else "",
-            "lasted_s": float(sum(event.lasted_s for event in events)),
-        }

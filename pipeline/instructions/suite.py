@@ -16,6 +16,7 @@ from pipeline.instructions.plans import SuiteError, classify, done_of, read_plan
 SUITE = Path(__file__).with_name("suite.yaml")
 HALVES = {"held_out": True, "open": False}
 DESK = "desk"  # the scene where none is named
+ALL = "all families"  # the total; a family of the suite is called "all"
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ def row_of(instruction: Instruction, turn: Turn, name: str) -> dict[str, Any]:
 
 
 def in_families(rows: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Yield each family with its rows, in the order of the suite, then all."""
+    """Yield each family with its rows, in the order of the suite, then all families."""
     for family in dict.fromkeys(rows["family"]):
         yield str(family), rows[rows["family"] == family]
-    yield "all", rows
+    yield ALL, rows

@@ -191,9 +191,10 @@ class RefinedSolver(KernelAbilities, FollowingSolver):
         """Refine from the first seeds, and where these do not lead to a solution, from hypotheses.
 
         A guess that does spares the network. Where it does not, its descent is made again among
-        the others, so that an answer is the one that all seeds in their order give.
+        the others, so that an answer is the one that all seeds in their order give. Under a limit
+        of time no descent is made twice.
         """
-        if first.shape[1] == 0:
+        if first.shape[1] == 0 or self.options(budget).time_ns:
             return self._answered(poses, first, budget)
         guessed = self._descended(poses, first, budget, starts=1)
         if guessed.found.all():

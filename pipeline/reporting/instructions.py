@@ -8,10 +8,11 @@ import pandas as pd
 
 from pipeline.evaluation.statistics import wilson_interval
 from pipeline.instructions.plans import CLASSES
-from pipeline.instructions.suite import in_families
+from pipeline.instructions.suite import ALL, in_families
 from pipeline.presentation.columns import count, share, text, under
 from pipeline.presentation.table import Table
 
+EXECUTED = "instructions_executed"  # name of the table of deeds
 _FAMILY = text("family", "Family", convert=lambda name: name.replace("_", " "))
 _HALVES = {"open": "open", "held_out": "held out"}
 
@@ -68,7 +69,7 @@ def execution_success(rows: pd.DataFrame, confidence: float) -> Table:
             ),
             text("failed", "deeds that failed"),
         ],
-        name="instructions_executed",
+        name=EXECUTED,
         title="Instructions carried out",
         caption="Of all instructions, both halves: those with a right plan, and those whose plan "
         "was right and of which every action was done in simulation; where no action is due, "
@@ -76,8 +77,8 @@ def execution_success(rows: pd.DataFrame, confidence: float) -> Table:
     )
 
 
-def confusion(rows: pd.DataFrame, confidence: float) -> Table:
-    """What the plans of each family are; counts, which no interval of a confidence belongs to."""
+def confusion(rows: pd.DataFrame) -> Table:
+    """What the plans of each family are."""
     present = [name for name in CLASSES if (rows["class"] == name).any()]
     lines = [
         {"family": family, **{name: int((part["class"] == name).sum()) for name in present}}
@@ -105,7 +106,7 @@ def _executed(family: str, rows: pd.DataFrame, confidence: float) -> dict[str, A
         "share": interval.estimate,
         "low": interval.low,
         "high": interval.high,
-        "failed": "; ".join(failed) if family != "all" else "",
+        "failed": "; ".join(failed) if family != ALL else "",
     }
 
 

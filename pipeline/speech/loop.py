@@ -16,9 +16,10 @@ from pipeline.speech.config import SpeechConfig
 from pipeline.speech.loading import load_recogniser, load_synthesiser
 from pipeline.speech.protocol import Recogniser, Synthesiser
 from pipeline.speech.sound import read_sound, write_sound
+from pipeline.speech.synthesiser import Flite
 
 RATE = 16_000  # Hz
-LOUDEST = 0.5  # of full scale, which leaves room for the noise
+LOUDEST = 0.9  # of full scale
 
 
 @dataclass(frozen=True)
@@ -64,11 +65,11 @@ class Ear:
         with TemporaryDirectory() as folder:
             wav = Path(folder) / "said.wav"
             self.speakers[number % len(self.speakers)].speak(text, wav)
-            samples = read_sound(wav, RATE)
-            samples *= LOUDEST / max(float(np.abs(samples).max(initial=0.0)), 1e-9)
-            power = float(np.mean(samples**2)) / 10.0 ** (self.snr_db / 10.0)
-            noise = np.sqrt(power) * draw.standard_normal(len(samples))
-            write_sound(wav, samples + noise, RATE)
+            speech = read_sound(wav, RATE)
+            power = float(np.mean(speech**2)) / 10.0 ** (self.snr_db / 10.0)
+            sound = speech + np.sqrt(power) * draw.standard_normal(len(speech))
+            peak = float(np.abs(sound).max(initial=0.0))
+            write_sound(wav, sound * (LOUDEST / max(peak, 1e-9)), RATE)
             words = self.recogniser.recognise(wav)
         return Heard(words, word_error_rate(text, words))
 
@@ -90,7 +91,7 @@ def load_ear(
         seed: Root seed of the noise.
 
     Raises:
-        SpeechError: A program or a package is missing.
+        SpeechError: A program, a package or a voice is missing.
     """
     voices = config.loop.voices
     if not voices:
@@ -99,6 +100,9 @@ def load_ear(
         load_synthesiser(replace(config, voices={**config.voices, config.synthesiser: voice}))
         for voice in voices
     ]
+    for speaker in speakers:
+        if isinstance(speaker, Flite):
+            speaker.check_voice()
     return Ear(
         speakers, load_recogniser(config, vocabulary, names, [robot]), config.loop.snr_db, seed
     )
@@ -110,7 +114,7 @@ def word_error_rate(said: str, heard: str) -> float:
     Case and punctuation do not count.
 
     Args:
-        said: What was said; one word at least.
+        said: What was said; of nothing every word that is heard counts as one.
         heard: What was recognised.
     """
     said_words, heard_words = (re.findall(r"[a-z0-9']+", text.lower()) for text in (said, heard))
@@ -120,4 +124,4 @@ def word_error_rate(said: str, heard: str) -> float:
         for column, other in enumerate(heard_words, start=1):
             least = min(before + (word != other), distances[column] + 1, distances[column - 1] + 1)
             before, distances[column] = distances[column], least
-    return distances[-1] / len(said_words)
+    return distances[-1] / max(len(said_words), 1)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pipeline.data.files import replacing
 from pipeline.errors import SpeechError
+from robots.suggestions import unknown_name
 
 LONGEST = 1000  # characters of one utterance
 TIMEOUT_S = 30.0
@@ -89,6 +90,17 @@ class Flite(_Program):
 
     name = "flite"
     program = "flite"
+
+    def check_voice(self) -> None:
+        """Refuse a voice that the program does not have: it would speak with another, in silence.
+
+        Raises:
+            SpeechError: There is none of that name.
+        """
+        listed = subprocess.run([self._found, "-lv"], capture_output=True, text=True, check=False)
+        _, _, names = listed.stdout.partition(":")
+        if names.split() and self._voice not in names.split():
+            raise SpeechError(unknown_name("voice of flite", self._voice, names.split()))
 
     def _options(self, script: Path, wav: Path) -> list[str]:
         stretch = f"duration_stretch={1.0 / self._pace:.3f}"

@@ -10,8 +10,8 @@ import pytest
 import baselines
 from pipeline.agent.loading import agent_factory
 from pipeline.config import compose
-from pipeline.embodiment.perception import GroundTruthPerception
-from pipeline.instructions.execution import World, executed_rows, laid_out
+from pipeline.instructions.execution import World, laid_out
+from pipeline.instructions.plans import SuiteError
 from pipeline.instructions.suite import read_suite
 from pipeline.reporting.instructions import execution_success
 from robots import load_robot
@@ -30,13 +30,12 @@ def world(shift: float = 0.0) -> World:
     scene = CONFIG.grasp.scenes["panda"]
     area = replace(scene.area, y=[y + shift for y in scene.area.y])
     grasp = replace(CONFIG.grasp, scenes={"panda": replace(scene, area=area)})
-    return World(robot, grasp, solver, solver, GroundTruthPerception())
+    return World(robot, grasp, solver, solver, 0)
 
 
 def rows(numbers: list[int], shift: float = 0.0) -> pd.DataFrame:
-    agents = agent_factory(CONFIG.agent, "panda")
-    chosen = [SUITE[number] for number in numbers]
-    return pd.DataFrame(executed_rows(chosen, agents, "policy", world(shift)))
+    agents, place = agent_factory(CONFIG.agent, "panda"), world(shift)
+    return pd.DataFrame([place.row(SUITE[number], agents(), "policy") for number in numbers])
 
 
 def test_right_plans_are_carried_out_and_words_are_deeds() -> None:
@@ -60,7 +59,14 @@ def test_a_right_plan_without_its_object_is_no_deed() -> None:
     assert first["failed"] == "grasp: it is out of sight (1)"
 
 
-@pytest.mark.parametrize("robot", ["nico", "nicol", "panda"])
+def test_a_scene_that_reaches_into_a_bin_is_refused() -> None:
+    scene = CONFIG.grasp.scenes["nico"]
+    with pytest.raises(SuiteError, match="would lie in the left bin; choose another robot"):
+        for each in SUITE:
+            laid_out(each, CONFIG.grasp, scene)
+
+
+@pytest.mark.parametrize("robot", ["nicol", "panda"])
 def test_scenes_keep_their_shape(robot: str) -> None:
     scene = CONFIG.grasp.scenes[robot]
     for each in SUITE:

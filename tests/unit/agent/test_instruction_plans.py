@@ -86,7 +86,5 @@ def test_the_open_half_is_understood_and_no_instruction_moves_an_arm_wrongly(con
     assert set(rows[moved]["class"]) == {"right"}
     table = plan_success(rows, 0.95)
     assert table.records()[-1]["open_share"] == 1.0
-    assert [row["right"] for row in confusion(rows, 0.95).records()][-1] == sum(
-        rows["class"] == "right"
-    )
+    assert [row["right"] for row in confusion(rows).records()][-1] == sum(rows["class"] == "right")
     assert set(rows["class"]) <= set(CLASSES)

@@ -100,13 +100,36 @@ def test_what_was_seen_but_not_requested_is_the_language_models() -> None:
     assert (verdict.outcome, "push" in verdict.reason) == ("LLM", True)
 
 
-def test_the_last_of_several_grasps_counts_and_its_own_before_one_meant_for_it() -> None:
+def test_the_first_of_several_grasps_counts_and_its_own_before_one_meant_for_it() -> None:
     obj = an_object()
     events = [a_grasp(MISSED, None, away=0.08), a_grasp(LOST, obj), a_grasp(SUCCEEDED, obj)]
     verdict = judge(obj, PLACE, an_episode([a_sighting()], events), 0.04)
-    assert (verdict.outcome, verdict.order, verdict.attempts) == ("Success", 3, 2)
-    verdict = judge(obj, PLACE, an_episode([a_sighting()], events[:2]), 0.04)
-    assert (verdict.outcome, verdict.order, verdict.attempts) == ("Slipped", 2, 1)
+    assert (verdict.outcome, verdict.order, verdict.attempts) == ("Slipped", 2, 3)
+
+
+@pytest.mark.parametrize(
+    ("grasps", "outcome", "order"),
+    [
+        ("missed lost succeeded", "Success", 3),
+        ("lost missed", "Not Grasped", 2),
+        ("succeeded missed_beside", "Success", 1),  # a second sighting of what is in the bin
+        ("lost succeeded_beside", "Success", 2),  # it had rolled away
+        ("missed_beside lost missed_beside", "Slipped", 2),
+        ("missed_beside missed_beside", "Detection", 2),
+    ],
+)
+def test_with_second_chances_the_last_counts_unless_one_has_succeeded(
+    grasps: str, outcome: str, order: int
+) -> None:
+    obj, reports = an_object(), {"missed": MISSED, "lost": LOST, "succeeded": SUCCEEDED}
+    events = []
+    for each in grasps.split():
+        name, _, beside = each.partition("_")
+        target = (None, 0.08) if beside else (obj, 0.0)
+        events.append(a_grasp(reports[name], target[0], away=target[1]))
+    verdict = judge(obj, PLACE, an_episode([a_sighting()], events), 0.04, once=False)
+    assert (verdict.outcome, verdict.order) == (outcome, order)
+    assert verdict.attempts == len(events)
 
 
 def test_another_object_of_the_row_does_not_count() -> None:

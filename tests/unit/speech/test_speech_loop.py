@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pipeline.config import compose
-from pipeline.errors import ConfigError
+from pipeline.errors import ConfigError, SpeechError
 from pipeline.speech.loop import RATE, Ear, load_ear, word_error_rate
 from pipeline.speech.sound import read_sound, write_sound
 
@@ -22,6 +22,7 @@ from pipeline.speech.sound import read_sound, write_sound
         ("take the pear", "take the the pear", 1, 3),
         ("take the pear", "pear", 2, 3),
         ("take the pear", "", 3, 3),
+        ("...", "pear", 1, 1),
         ("pear", "take the red pear", 3, 1),
         ("a b c d", "b c d a", 2, 4),
     ],
@@ -74,6 +75,13 @@ def test_nobody_speaks_by_default_and_silly_noise_is_refused() -> None:
     assert load_ear(config.speech, config.agent.vocabulary, names, "nico", 0) is None
     with pytest.raises(ConfigError, match=r"speech\.loop\.snr_db"):
         compose(["speech.loop.snr_db=200"])
+
+
+@pytest.mark.skipif(shutil.which("flite") is None, reason="flite is not installed")
+def test_a_voice_that_nobody_has_is_refused() -> None:
+    config = compose(["robot=nico", "experiment=spoken", "speech.loop.voices=[slt,rns]"])
+    with pytest.raises(SpeechError, match="rns"):
+        load_ear(config.speech, config.agent.vocabulary, ["pear"], "nico", 0)
 
 
 @pytest.mark.skipif(shutil.which("flite") is None, reason="flite is not installed")
