@@ -45,6 +45,10 @@ def check(config: Config) -> None:
     check_solvers(config.grasp.solvers_by_key(), robot)
     if config.perception.source == "camera":
         _check_camera(robot)
+    if config.speech.loop.voices and config.agent.kind == "none":
+        raise ConfigError(
+            "speech.loop.voices speak to an agent, and there is none: choose agent=policy"
+        )
     if config.grasp.ablation is not None and is_embodied(config):
         raise ConfigError("a study of grasps needs perception=perfect and agent=none")
 

@@ -12,6 +12,7 @@ from pipeline.config import compose
 from pipeline.errors import ConfigError, SpeechError
 from pipeline.speech.loop import RATE, Ear, load_ear, word_error_rate
 from pipeline.speech.sound import read_sound, write_sound
+from pipeline.stages import grasp
 
 
 @pytest.mark.parametrize(
@@ -75,6 +76,12 @@ def test_nobody_speaks_by_default_and_silly_noise_is_refused() -> None:
     assert load_ear(config.speech, config.agent.vocabulary, names, "nico", 0) is None
     with pytest.raises(ConfigError, match=r"speech\.loop\.snr_db"):
         compose(["speech.loop.snr_db=200"])
+
+
+def test_voices_without_an_agent_are_refused() -> None:
+    config = compose(["robot=nico", "experiment=spoken", "agent=none", "profile=smoke"])
+    with pytest.raises(ConfigError, match="choose agent=policy"):
+        grasp.check(config)
 
 
 @pytest.mark.skipif(shutil.which("flite") is None, reason="flite is not installed")
