@@ -10,15 +10,16 @@ from matplotlib.figure import Figure
 
 from benchmarks.hardware.chances import CLASSES
 from benchmarks.hardware.errors import ERRORS
-from benchmarks.hardware.tables import Robot, settings
+from benchmarks.hardware.tables import LAST_RUN, NONE_RUN, Robot, settings
 from pipeline.presentation.naming import robot_title
 from pipeline.presentation.style import INK, LOOKS, PAPER_COLOUR, SOFT, panels
 
 COLOURS = {
     "published": PAPER_COLOUR,
-    "no error, run": LOOKS[2].colour,
+    NONE_RUN: LOOKS[2].colour,
     "likely errors": LOOKS[0].colour,
-    "likely errors, run": LOOKS[1].colour,
+    "nearest errors": LOOKS[0].colour,
+    LAST_RUN: LOOKS[1].colour,
 }
 BAR = 0.8
 
@@ -62,9 +63,9 @@ def _errors(axis: Axes, each: Robot) -> None:
         alpha=0.6,
         label="not contradicted",
     )
-    axis.hlines(places, *found.spread, color=INK, linewidth=1.5)
+    axis.hlines(places, *found.spread, color=INK, linewidth=1.5, label="smallest, 90 % of refits")
     axis.plot(found.smallest, places, "o", color=LOOKS[0].colour, label="smallest, all together")
-    axis.plot(found.likely, places, "s", color=LOOKS[3].colour, label="likely, all together")
+    axis.plot(found.best, places, "s", color=LOOKS[3].colour, label=f"{each.best}, all together")
     alone = [one.share for one in found.alone]
     axis.plot(alone, places, "D", color=LOOKS[1].colour, label="smallest, alone")
     axis.set_yticks(places, [error.title for error in ERRORS])
@@ -79,11 +80,7 @@ def _errors(axis: Axes, each: Robot) -> None:
 
 
 def _sensitivity(axis: Axes, each: Robot) -> None:
-    if np.isnan(each.found.likely).any():
-        axis.set_axis_off()
-        axis.text(0.5, 0.5, "no errors make the counts likely", ha="center", color=INK)
-        return
-    change = 100 * each.found.sensitivity(each.found.likely)
+    change = 100 * each.found.sensitivity(each.found.best)
     most = max(float(np.abs(change).max()), 1.0)
     axis.imshow(change, cmap="RdBu", vmin=-most, vmax=most, aspect="auto")
     for row in range(len(ERRORS)):
@@ -94,4 +91,4 @@ def _sensitivity(axis: Axes, each: Robot) -> None:
     axis.set_xticks(range(len(CLASSES)), CLASSES)
     axis.set_yticks(range(len(ERRORS)), [error.title for error in ERRORS])
     axis.grid(visible=False)
-    axis.set_title(f"{robot_title(each.robot)}: points for a tenth of the range more")
+    axis.set_title(f"{robot_title(each.robot)}: points for a tenth more")

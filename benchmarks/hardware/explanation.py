@@ -64,8 +64,8 @@ class Explanation:
         spread: (2, E) between which 90 % of the smallest errors lie when the model is fitted to
             other draws of the placements.
         explained: Share of these fits that explain the counts at all.
-        likely: (E,) the smallest with which half of all draws of the counts would be farther off;
-            not numbers where there are none.
+        likely: Whether any errors make the counts likely: half of all draws would be farther off.
+        best: (E,) the smallest of those, or else the errors with the least deviance.
         least: Smallest deviance with any errors.
         ranges: (2, E) least and largest share of each error among those not contradicted, whatever
             the others are.
@@ -78,7 +78,8 @@ class Explanation:
     smallest: Array
     spread: Array
     explained: float
-    likely: Array
+    likely: bool
+    best: Array
     least: float
     ranges: Array
     alone: tuple[Alone, ...]
@@ -109,7 +110,8 @@ def explain(
     model = fit(shares, outcomes)
     points = _candidates()
     found = deviance(model.of(points), counts)
-    inside = points[found <= allowed()]
+    inside, likely = points[found <= allowed()], _smallest(model, counts, EVEN)
+    nothing = bool(np.isnan(likely).any())
     ranges = np.array([inside.min(axis=0), inside.max(axis=0)]) if len(inside) else _nothing(2)
     smallest = _refitted(shares, outcomes, places, counts, model.penalty)
     explained = ~np.isnan(smallest[:, 0])
@@ -120,7 +122,8 @@ def explain(
         _smallest(model, counts),
         np.quantile(smallest[explained], (0.05, 0.95), axis=0) if any(explained) else _nothing(2),
         float(explained.mean()),
-        _smallest(model, counts, EVEN),
+        not nothing,
+        points[np.argmin(found)] if nothing else likely,
         float(found.min()),
         ranges,
         tuple(_alone(model, counts, which) for which in range(len(ERRORS))),

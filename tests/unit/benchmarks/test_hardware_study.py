@@ -72,7 +72,7 @@ def test_errors_that_do_nothing_are_not_blamed() -> None:
     found = explain(shares, outcomes, np.arange(1000) % 100, counts)
     assert found.none > allowed() > found.least
     expected = 0.5 + np.log(0.23 / 0.77) / 8  # where 23 in 100 are lost
-    assert found.likely[0] == pytest.approx(expected, abs=0.06)
+    assert found.best[0] == pytest.approx(expected, abs=0.06)
     assert found.alone[0].share < expected
     assert found.smallest[0] == pytest.approx(found.alone[0].share, abs=0.02)
     assert np.linalg.norm(found.smallest) <= found.alone[0].share + 1e-3
@@ -80,7 +80,7 @@ def test_errors_that_do_nothing_are_not_blamed() -> None:
     assert found.explained == 1.0
     assert (found.spread[0] <= found.smallest + 0.05).all()
     assert all(np.isnan(each.share) for each in found.alone[1:])
-    change = found.sensitivity(found.likely)
+    change = found.sensitivity(found.best)
     not_grasped = CLASSES.index("Not Grasped")
     assert change[0, not_grasped] > 0.05
     assert np.abs(change[1:, not_grasped]).max() < 0.5 * change[0, not_grasped]
@@ -94,3 +94,5 @@ def test_counts_that_no_error_explains_say_so() -> None:
     assert np.isnan(found.smallest).all()
     assert np.isnan(found.ranges).all()
     assert found.least > allowed()
+    assert not found.likely
+    assert found.best.shape == (len(ERRORS),)
