@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
 
 import baselines
+from pipeline.agent import Agent
 from pipeline.agent.loading import agent_factory
+from pipeline.commands import instructions as command
 from pipeline.config import compose
+from pipeline.data.rows import RowCheckpoint
 from pipeline.instructions.execution import World, laid_out
 from pipeline.instructions.plans import SuiteError
-from pipeline.instructions.suite import read_suite
+from pipeline.instructions.suite import Instruction, read_suite
 from pipeline.reporting.instructions import execution_success
 from robots import load_robot
 
@@ -78,3 +83,26 @@ def test_scenes_keep_their_shape(robot: str) -> None:
                     ours = one.place[axis] - second.place[axis]
                     theirs = other.position[axis] - third.position[axis]
                     assert ours == pytest.approx(theirs)
+
+
+def test_deeds_that_were_done_are_not_done_again_after_a_kill(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The third instruction kills the run; the second call begins with it."""
+    agents = agent_factory(CONFIG.agent, "panda")
+    monkeypatch.setattr(command, "_kept", lambda *_: RowCheckpoint(tmp_path / "rows", ("number",)))
+    asked: list[int] = []
+
+    class Killed(World):
+        def row(self, instruction: Instruction, agent: Agent, name: str) -> dict[str, Any]:
+            asked.append(instruction.number)
+            if asked == [0, 1, 2]:
+                raise KeyboardInterrupt
+            return {"number": instruction.number, "executed": True}
+
+    place = Killed(**vars(world()))
+    with pytest.raises(KeyboardInterrupt):
+        command._rows(CONFIG, agents, "policy", place)
+    rows = command._rows(CONFIG, agents, "policy", place)
+    assert [row["number"] for row in rows] == [*range(len(SUITE))]
+    assert asked == [0, 1, 2, *range(2, len(SUITE))]
