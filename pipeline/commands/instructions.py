@@ -38,6 +38,7 @@ from pipeline.stages.inputs import artifacts, robot_of
 from pipeline.stages.running import with_weights
 from pipeline.stages.solvers import code_of, solver_of
 
+EXECUTE = "execute"  # key of the command: whether plans are carried out
 DESCRIPTION = """\
 instructions [execute=true] [agent=policy|endpoint|local|replay|none] [robot=nicol] [key=value ...]
 
@@ -52,11 +53,11 @@ called again it goes on.
 def instructions(arguments: list[str]) -> int:
     """Run the suite with one agent."""
     given = command_parser("instructions", DESCRIPTION).takes_overrides().parse(arguments).overrides
-    own, overrides = split_keys(given, ("execute",))
+    own, overrides = split_keys(given, (EXECUTE,))
     config = compose(with_defaults(overrides, {"agent": "policy", "robot": "nicol"}))
     agents = agent_factory(config.agent, config.robot.name)
     name = kind_of(config.agent, agents().model)
-    world = load_world(config) if flag("execute", own.get("execute", "false")) else None
+    world = load_world(config) if flag(EXECUTE, own.get(EXECUTE, "false")) else None
     folder = artifacts(config).instructions(config.agent.kind)
     with exclusive(folder):
         rows = _rows(config, agents, name, world)

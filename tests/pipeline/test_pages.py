@@ -23,6 +23,7 @@ from baselines import registry
 from pipeline.__main__ import main
 from pipeline.commands import COMMANDS
 from pipeline.commands.export import KEYS as EXPORT_KEYS
+from pipeline.commands.instructions import EXECUTE
 from pipeline.commands.protocols import NAME as PROTOCOLS
 from pipeline.commands.site import COMPARE, DIR
 from pipeline.commands.suites import NAME as SUITES
@@ -71,6 +72,7 @@ def test_a_command_of_the_pipeline_is_one_and_its_keys_compose(
         assert capsys.readouterr().out
     its_own = {
         "export": EXPORT_KEYS,
+        "instructions": (EXECUTE,),
         "paper": (*OWN,),
         "suites": (SUITES,),
         "protocols": (PROTOCOLS,),
