@@ -1,7 +1,7 @@
 """What must the hardware have been like? Errors under which the published grasps are likely.
 
-    python -m benchmarks.hardware [--robots nico nicol] [--trials 320] [--check 100] [--as-is]
-                                  [--write] [key=value ...]
+    python -m benchmarks.hardware [--robots nico nicol] [--trials 320] [--check 100] [--rounds 3]
+                                  [--as-is] [--write] [key=value ...]
 
 The simulator's trials succeed nearly always, those of the robots 72 and 82 times in 100. Trials on
 the pinned placements, each with errors of its own sizes (place, zeros, play, tension, friction,

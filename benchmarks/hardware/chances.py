@@ -39,7 +39,8 @@ class Chances:
 
     def of(self, shares: Array) -> Array:
         """Chances (N, 3) of the classes with errors of shares (N, E)."""
-        return _chances(self.weights, shares)
+        chances: Array = softmax(_scores(self.weights, shares), axis=1)
+        return chances
 
 
 def fit(shares: Array, outcomes: NDArray[np.int64], penalty: float | None = None) -> Chances:
@@ -72,11 +73,6 @@ def _features(shares: Array) -> Array:
 def _scores(weights: Array, shares: Array) -> Array:
     others = _features(shares) @ weights
     return np.concatenate((np.zeros((len(shares), 1)), others), axis=1)
-
-
-def _chances(weights: Array, shares: Array) -> Array:
-    chances: Array = softmax(_scores(weights, shares), axis=1)
-    return chances
 
 
 def _held_out(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +59,6 @@ class Explanation:
     Attributes:
         counts: (3,) published.
         chances: The model.
-        none: Deviance without any error.
         smallest: (E,) shares of the errors that are smallest in the sum of their squares among
             those that the counts do not contradict; not numbers where they contradict all.
         spread: (2, E) between which 90 % of the smallest errors lie when the model is fitted to
@@ -66,7 +66,6 @@ class Explanation:
         explained: Share of these fits that explain the counts at all.
         likely: Whether any errors make the counts likely: half of all draws would be farther off.
         best: (E,) the smallest of those, or else the errors with the least deviance.
-        least: Smallest deviance with any errors.
         ranges: (2, E) least and largest share of each error among those not contradicted, whatever
             the others are.
         alone: Each error without the others.
@@ -74,13 +73,11 @@ class Explanation:
 
     counts: Array
     chances: Chances
-    none: float
     smallest: Array
     spread: Array
     explained: float
     likely: bool
     best: Array
-    least: float
     ranges: Array
     alone: tuple[Alone, ...]
 
@@ -118,18 +115,17 @@ def explain(
     return Explanation(
         counts,
         model,
-        float(deviance(model.of(np.zeros((1, len(ERRORS)))), counts)[0]),
         _smallest(model, counts),
         np.quantile(smallest[explained], (0.05, 0.95), axis=0) if any(explained) else _nothing(2),
         float(explained.mean()),
         not nothing,
         points[np.argmin(found)] if nothing else likely,
-        float(found.min()),
         ranges,
         tuple(_alone(model, counts, which) for which in range(len(ERRORS))),
     )
 
 
+@cache
 def _candidates() -> Array:
     """Shares to look at (N, E): none, each error alone, and many at once."""
     many = qmc.Sobol(len(ERRORS), rng=SEED).random_base2(POINTS) ** NEAR

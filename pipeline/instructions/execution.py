@@ -134,9 +134,9 @@ def laid_out(instruction: Instruction, config: GraspConfig, scene: SceneConfig) 
             number=number,
             row=0,
             name=each.name,
-            place=(float(place[0]), float(place[1])),
-            yaw=resting_yaw(config, scene, each.name, 0.0, (float(place[0]), float(place[1]))),
+            place=(x, y),
+            yaw=resting_yaw(config, scene, each.name, 0.0, (x, y)),
             error=np.zeros(2),
         )
-        for number, (each, place) in enumerate(zip(instruction.seen, moved, strict=True))
+        for number, (each, (x, y)) in enumerate(zip(instruction.seen, moved.tolist(), strict=True))
     ]

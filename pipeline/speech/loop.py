@@ -14,11 +14,11 @@ from pipeline.agent.config import VocabularyConfig
 from pipeline.seeding import derive_seed
 from pipeline.speech.config import SpeechConfig
 from pipeline.speech.loading import load_recogniser, load_synthesiser
+from pipeline.speech.microphone import RATE
 from pipeline.speech.protocol import Recogniser, Synthesiser
 from pipeline.speech.sound import read_sound, write_sound
 from pipeline.speech.synthesiser import Flite
 
-RATE = 16_000  # Hz
 LOUDEST = 0.9  # of full scale
 
 

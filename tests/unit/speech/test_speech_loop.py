@@ -10,7 +10,8 @@ import pytest
 
 from pipeline.config import compose
 from pipeline.errors import ConfigError, SpeechError
-from pipeline.speech.loop import RATE, Ear, load_ear, word_error_rate
+from pipeline.speech.loop import Ear, load_ear, word_error_rate
+from pipeline.speech.microphone import RATE
 from pipeline.speech.sound import read_sound, write_sound
 from pipeline.stages import grasp
 
