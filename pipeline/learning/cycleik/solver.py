@@ -8,6 +8,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from baselines import SettingError
 from pipeline.learning.cycleik import METHOD
 from pipeline.learning.cycleik.compiled.answers import (
     CompiledExperts,
@@ -19,8 +20,10 @@ from pipeline.learning.cycleik.compiled.query import refined_query
 from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
-from robots.arguments import compiled_floats
+from robots.arguments import as_int, compiled_floats
 from robots.threads import forked
+
+Array = NDArray[np.float64]
 
 _TO_MM_AND_DEG = np.array([1e3, 180 / np.pi])
 
@@ -31,19 +34,27 @@ class CycleIk(NeuralSolver):
     Args:
         robot: The robot it solves for.
         weights: Folder of weights.safetensors and card.json.
+        cells: Of a network of experts, how many answer a pose: those of the nearest cells. Close
+            to a border the neighbour may err less than the expert that has learned the pose.
         **settings: Tolerances and threads, see `NeuralSolver`.
+
+    Raises:
+        SettingError: The network has fewer experts, or none.
     """
 
     kinds: ClassVar[tuple[str, ...]] = METHOD.kinds
     default_model: ClassVar[str] = METHOD.model
 
-    def __init__(self, robot: Robot, weights: str, **settings: Any) -> None:
+    def __init__(self, robot: Robot, weights: str, cells: int, **settings: Any) -> None:
         super().__init__(robot, weights, **settings)
-        self.compiled = (
-            compiled_experts(self.network) if isinstance(self.network, Experts) else None
-        )
+        experts = self.network if isinstance(self.network, Experts) else None
+        most = 1 if experts is None else len(experts.centres)
+        self.cells = as_int(cells, "cells", SettingError)
+        if not 1 <= self.cells <= most:
+            raise SettingError(f"expected cells from 1 to {most} with this network, got {cells}")
+        self.compiled = None if experts is None else compiled_experts(experts)
 
-    def hypotheses(self, poses: NDArray[np.float64]) -> Hypotheses:
+    def hypotheses(self, poses: Array) -> Hypotheses:
         """Return the network's answers to poses (N, 7), best first."""
         if self.compiled is None:
             return super().hypotheses(poses)
@@ -51,35 +62,40 @@ class CycleIk(NeuralSolver):
 
     def refined_query(self, tried: int) -> tuple[Any, tuple[Any, ...]] | None:
         """See `NeuralSolver`."""
-        if self.compiled is None:
+        if self.compiled is None or self.cells > 1:
             return None
         heads = self.network.heads
         ranking = self._ranking()
         return refined_query, (heads, min(tried, heads), ranking, self.robot.chain, self.compiled)
 
-    def _ranking(self) -> NDArray[np.float64]:
+    def _ranking(self) -> Array:
         """(2,) what an error of 1 m and of 1 rad counts when hypotheses are compared."""
         tolerances = np.array([self.position_tolerance_mm, self.rotation_tolerance_deg])
         return 1 / tolerances * _TO_MM_AND_DEG
 
-    def _compiled_hypotheses(
-        self, poses: NDArray[np.float64], experts: CompiledExperts
-    ) -> Hypotheses:
+    def _compiled_hypotheses(self, poses: Array, experts: CompiledExperts) -> Hypotheses:
         """The same without torch."""
-        count, heads = len(poses), self.network.heads
-        joints = np.empty((count, heads, self.robot.dof))
-        errors = np.empty((count, heads, 2))
-        arguments = (
-            self.robot.chain,
-            experts,
-            compiled_floats(poses),
-            self._ranking(),
-            joints,
-            errors,
-        )
-        if self.threads == 1 or count == 1 or forked():
-            answer_rows(*arguments)
-        else:
-            answer_on_threads(self.threads or numba.config.NUMBA_NUM_THREADS, *arguments)
+        shape = self.cells, len(poses), self.network.heads
+        joints, errors = np.empty((*shape, self.robot.dof)), np.empty((*shape, 2))
+        rows, ranking = compiled_floats(poses), self._ranking()
+        for nearer in range(self.cells):
+            arguments = (
+                *(self.robot.chain, experts, rows, ranking),
+                *(nearer, joints[nearer], errors[nearer]),
+            )
+            if self.threads == 1 or len(rows) == 1 or forked():
+                answer_rows(*arguments)
+            else:
+                answer_on_threads(self.threads or numba.config.NUMBA_NUM_THREADS, *arguments)
+        joints, errors = _merged(joints, errors, ranking)
         errors *= _TO_MM_AND_DEG
         return Hypotheses(joints, errors[..., 0], errors[..., 1])
+
+
+def _merged(joints: Array, errors: Array, ranking: Array) -> tuple[Array, Array]:
+    """Hypotheses (C, N, K, dof) of several experts as those of one (N, C K, dof), best first."""
+    if len(joints) == 1:
+        return joints[0], errors[0]
+    joints, errors = (np.concatenate(part, axis=1) for part in (joints, errors))
+    order = np.argsort(errors @ ranking, axis=1, kind="stable")[..., None]
+    return np.take_along_axis(joints, order, 1), np.take_along_axis(errors, order, 1)

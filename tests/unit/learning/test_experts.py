@@ -10,6 +10,8 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
+from baselines import SettingError
+from baselines.registry import using
 from pipeline import load_solver
 from pipeline.learning.cycleik.compiled import answers as compiled_answers
 from pipeline.learning.cycleik.compiled.answers import (
@@ -62,11 +64,11 @@ def as_tensor(poses: NDArray[np.float64]) -> torch.Tensor:
 
 
 def answers(
-    robot: Robot, network: Experts, poses: NDArray[np.float64], threads: int = 1
+    robot: Robot, network: Experts, poses: NDArray[np.float64], threads: int = 1, nearer: int = 0
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     joints = np.full((len(poses), network.heads, robot.dof), np.nan)
     errors = np.full((len(poses), network.heads, 2), np.nan)
-    arguments = robot.chain, compiled_experts(network), poses, WEIGHTS, joints, errors
+    arguments = robot.chain, compiled_experts(network), poses, WEIGHTS, nearer, joints, errors
     if threads == 1:
         answer_rows(*arguments)
     else:
@@ -141,6 +143,58 @@ def test_the_shipped_networks_answer_as_torch_in_float64(name: str) -> None:
     check_against_torch(robot, solver.network, poses)
 
 
+def test_the_second_nearest_cell_answers_as_torch_in_float64(
+    robot: Robot, network: Experts, poses: NDArray[np.float64]
+) -> None:
+    def second(features: torch.Tensor) -> torch.Tensor:
+        distances = torch.cdist(features.double() * other.metric.double(), other.centres.double())
+        return distances.argsort(1)[:, 1]
+
+    other = deepcopy(network)
+    other.cell = second  # type: ignore[method-assign]
+    joints, errors = answers(robot, network, poses, nearer=1)
+    wanted, costs = ranked_by_torch(robot, other, poses)
+    np.testing.assert_allclose(errors @ WEIGHTS, costs, rtol=0, atol=ROUNDING)
+    assert not np.array_equal(joints, answers(robot, network, poses)[0])
+    clear = (np.diff(costs, axis=1) > ROUNDING).all(axis=1)
+    np.testing.assert_allclose(joints[clear], wanted[clear], rtol=0, atol=1e-5)
+
+
+def test_several_cells_give_the_best_of_all_their_hypotheses() -> None:
+    robot = load_robot("panda")
+    poses = robot.forward_kinematics(robot.sample(200, seed=6, collision_free=False))
+    one, two = (load_solver("cycleik", robot, cells=cells) for cells in (1, 2))
+    assert isinstance(one, CycleIk)
+    assert isinstance(two, CycleIk)
+    first, both = one.hypotheses(poses), two.hypotheses(poses)
+    cost = both.position_mm / two.position_tolerance_mm
+    cost = cost + both.rotation_deg / two.rotation_tolerance_deg
+    assert both.joints.shape == (200, 8, 7)
+    assert (np.diff(cost, axis=1) >= 0).all()
+    of_one = first.position_mm / 10 + first.rotation_deg / 20
+    assert (cost[:, 0] <= of_one[:, 0]).all()
+    assert (cost[:, 0] < of_one[:, 0]).any()
+    # All hypotheses of the nearest cell are among them.
+    for row in range(200):
+        kept = {tuple(joints) for joints in both.joints[row]}
+        assert {tuple(joints) for joints in first.joints[row]} <= kept
+
+
+@pytest.mark.parametrize("cells", [0, 65, -1])
+def test_cells_that_the_network_has_not_are_refused(cells: int) -> None:
+    with pytest.raises(SettingError, match=f"expected cells from 1 to 64 .*, got {cells}"):
+        load_solver("cycleik", load_robot("panda"), cells=cells)
+
+
+def test_a_refined_solver_takes_more_cells() -> None:
+    robot = load_robot("panda")
+    poses = robot.forward_kinematics(robot.sample(20, seed=6, collision_free=False))
+    with using({"cycleik": {"cells": 2}}):
+        solver = load_solver("cycleik_refined", robot)
+    assert solver.solve(poses).found.all()
+    assert solver.solve_one(poses[0])[1]
+
+
 def test_errors_are_those_of_the_joints(
     robot: Robot, network: Experts, poses: NDArray[np.float64]
 ) -> None:
@@ -175,7 +229,7 @@ def test_work_may_be_kept_from_call_to_call(
     work = make_work(experts, 1, MODEL.heads)
     one, measured = np.empty((1, MODEL.heads, robot.dof)), np.empty((1, MODEL.heads, 2))
     for row in range(20):
-        answer(robot.chain, experts, poses[row : row + 1], WEIGHTS, one, measured, work)
+        answer(robot.chain, experts, poses[row : row + 1], WEIGHTS, 0, one, measured, work)
         assert np.array_equal(one[0], joints[row])
         assert np.array_equal(measured[0], errors[row])
 

@@ -178,8 +178,8 @@ def _sort_rows(order, starts):  # type: ignore[no-untyped-def]
 
 
 @njit(_nrt=False)
-def _find_cells(experts, poses, work):  # type: ignore[no-untyped-def]
-    """Sort poses (N, 7) by their cells, into work.order."""
+def _find_cells(experts, poses, nearer, work):  # type: ignore[no-untyped-def]
+    """Sort poses (N, 7) by their cells, into work.order; so many cells are nearer to each."""
     box, gate, values, order = experts.box, experts.gate, work.values, work.order
     depth, (count, place) = experts.means.shape[1], (poses.shape[0], values.shape[0] // 2)
     width = gate.shape[0] // (depth + 1)
@@ -189,7 +189,10 @@ def _find_cells(experts, poses, work):  # type: ignore[no-untyped-def]
             find_features(box, poses, begin + i, values, i * depth)
         linear(values, np.int64(0), some, depth, gate, np.int64(0), width, place)
         for i in range(some):
-            order[0, begin + i] = _nearest(values, place + i * width, width)
+            at = place + i * width
+            for _ in range(nearer):
+                values[at + _nearest(values, at, width)] = np.inf
+            order[0, begin + i] = _nearest(values, at, width)
     _sort_rows(order, work.starts)
 
 
@@ -222,9 +225,9 @@ def _run_layers(experts, cell, poses, begin, end, work):  # type: ignore[no-unty
 
 
 @njit(_nrt=False)
-def answer(chain, experts, poses, weights, joints, errors, work):  # type: ignore[no-untyped-def]
+def answer(chain, experts, poses, weights, nearer, joints, errors, work):  # type: ignore[no-untyped-def]
     """Answer poses, see `answer_rows`, in arrays of the caller: `make_work(experts, N, K)`."""
-    _find_cells(experts, poses, work)
+    _find_cells(experts, poses, nearer, work)
     order, sizes = work.order, experts.sizes
     count, heads, width = poses.shape[0], joints.shape[1], sizes[sizes.shape[0] - 1]
     begin = np.int64(0)
@@ -261,7 +264,7 @@ def make_work(experts, count, heads):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True)
-def answer_rows(chain, experts, poses, weights, joints, errors):  # type: ignore[no-untyped-def]
+def answer_rows(chain, experts, poses, weights, nearer, joints, errors):  # type: ignore[no-untyped-def]
     """Answer poses on one thread; other threads of Python run meanwhile.
 
     Args:
@@ -269,16 +272,18 @@ def answer_rows(chain, experts, poses, weights, joints, errors):  # type: ignore
         experts: `CompiledExperts`.
         poses: (N, 7) targets, unit quaternions.
         weights: (2,) of an error in m and in rad when hypotheses are compared.
+        nearer: Cells that are nearer to a pose than the one whose expert answers it: 0, or less
+            than there are cells.
         joints: (N, K, dof) receives the hypotheses, best first [rad or m].
         errors: (N, K, 2) receives distance [m] and angle [rad].
     """
     work = make_work(experts, poses.shape[0], joints.shape[1])
-    answer(chain, experts, poses, weights, joints, errors, work)
+    answer(chain, experts, poses, weights, nearer, joints, errors, work)
 
 
 def answer_on_threads(
     count: int, chain: Chain, experts: CompiledExperts, poses: Array, weights: Array,
-    joints: Array, errors: Array,
+    nearer: int, joints: Array, errors: Array,
 ) -> None:  # fmt: skip
     """Compute `answer_rows` on so many threads, each with a share of the poses; the same bits.
 
@@ -292,7 +297,7 @@ def answer_on_threads(
     def answer(begin: int, end: int) -> None:
         try:
             rows = slice(begin, end)
-            answer_rows(chain, experts, poses[rows], weights, joints[rows], errors[rows])
+            answer_rows(chain, experts, poses[rows], weights, nearer, joints[rows], errors[rows])
         except BaseException as failure:
             failures.append(failure)
 

@@ -81,7 +81,7 @@ def refined_query(  # type: ignore[no-untyped-def]
                 used = given + tried
                 hypotheses, errors = np.empty((1, heads, dof)), np.empty((1, heads, 2))
                 work = make_work(experts, 1, heads)
-                write_answers(chain, experts, targets, weights, hypotheses, errors, work)
+                write_answers(chain, experts, targets, weights, 0, hypotheses, errors, work)
                 for k in range(tried):
                     copy_row(hypotheses[0, k], seeds[given + k])
             elif given == 0:
