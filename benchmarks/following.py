@@ -3,10 +3,12 @@
     python -m benchmarks.following [--robots panda ...] [--solvers lm ...] [--write]
 
 The trajectories are those of the suite `tracking`; a step is one call of `follow_one` (with), or of
-`solve_one` from the answer before (without). Robots of `benchmarks.package_robots` are added where
-they are not there yet. Prints a Markdown table: trajectories with a miss or a step of more than
-0.1 rad or m; the largest step of the others, and of the motion that made them; mean errors; the
-mean distance from that motion; the 10th percentile of the time of a step.
+`solve_one` from the answer before (without). A solver that takes `max_jump` follows a second time
+with each step held to 0.09 rad or m: an answer further away is none. Robots of
+`benchmarks.package_robots` are added where they are not there yet. Prints a Markdown table:
+trajectories with a step of more than 0.1 rad or m, and with a miss; the largest step of those with
+neither, and of the motion that made them; mean errors; the mean distance from that motion; the 10th
+percentile of the time of a step.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from numpy.typing import NDArray
 
 from baselines import SkippedSolver
 from baselines.following import FollowingSolver
+from baselines.registry import settings
 from benchmarks.package_robots import ensure
 from benchmarks.query import markdown
 from benchmarks.studies import write_study
@@ -35,15 +38,18 @@ from robots import Robot
 from robots.rotations import rotation_angle
 
 Array = NDArray[np.float64]
+Step = Callable[[Array, Array], tuple[Array, bool]]
 
 NAMES = ("panda", "fetch", "nicol", "nico", "iiwa")
 SOLVERS = ("lm", "cycleik_refined")
 TITLE = (
     "Trajectories of the suite `tracking`, every pose from the answer before: with the motion in\n"
-    "the null space (`follow`) and without. Jumps: trajectories with a miss or a step of more\n"
-    f"than {JUMP:g} rad (m). Steps in rad (m): the largest of those that do not jump, and of the\n"
+    "the null space (`follow`) and without, and with steps held to `max_jump` or not. Trajectories\n"
+    f"that jump have a step of more than {JUMP:g} rad (m), those that miss have a pose without an\n"
+    "answer; lost are both. Steps in rad (m): the largest of those that are not lost, and of the\n"
     "motion that made them; drift is the mean distance from it, the joint that is furthest off."
 )
+HELD = 0.09  # rad or m, `max_jump` of the rows that have one
 
 
 @dataclass(frozen=True)
@@ -55,7 +61,7 @@ class Followed:
     time_us: Array
 
 
-def follow(step: Callable[..., Any], problems: Problems) -> Followed:
+def follow(step: Step, problems: Problems) -> Followed:
     """Answer poses one after the other, the first of a trajectory from its known configuration."""
     poses, known, number = problems.poses, problems.joints, problems.further["step"]
     joints, found, spent = np.empty_like(known), np.zeros(len(poses), dtype=bool), []
@@ -77,12 +83,16 @@ def measures(robot: Robot, problems: Problems, answers: Followed) -> Iterator[di
     number, off = problems.further["trajectory"], np.abs(answers.joints - problems.joints)
     for rate in np.unique(problems.further["rate_hz"]):
         rows = problems.further["rate_hz"] == rate
-        jumping = np.unique(number[rows & ((own > JUMP) | ~answers.found)])
-        kept = rows & ~np.isin(number, jumping)
+        jumping = np.unique(number[rows & (own > JUMP)])
+        missing = np.unique(number[rows & ~answers.found])
+        lost = np.union1d(jumping, missing)
+        kept = rows & ~np.isin(number, lost)
         yield {
             "hz": int(rate),
             "trajectories": len(np.unique(number[rows])),
-            "jumps": len(jumping),
+            "jump": len(jumping),
+            "miss": len(missing),
+            "lost": len(lost),
             "largest step": own[kept].max(),
             "of the motion": known[rows].max(),
             "error um": 1e3 * distance[rows].mean(),
@@ -106,17 +116,19 @@ def rows_of(names: list[str], solvers: list[str], trajectories: int) -> Iterator
         robot = load_robot(name)
         problems = generate(robot, config.suite, config.seed).problems
         for label in solvers:
-            try:
-                solver = load_solver(label, robot)
-            except SkippedSolver:
-                continue
-            assert isinstance(solver, FollowingSolver)
-            ways = {"no": solver.solve_one, "yes": solver.follow_one}
-            for way, step in ways.items():
-                step(problems.poses[0], problems.joints[0])  # compiles
-                answers = follow(step, problems)
-                for figures in measures(robot, problems, answers):
-                    yield {"robot": name, "solver": label, "null space": way} | figures
+            for held in (None, HELD) if "max_jump" in settings(label) else (None,):
+                bound: dict[str, Any] = {} if held is None else {"max_jump": held}
+                try:
+                    solver = load_solver(label, robot, **bound)
+                except SkippedSolver:
+                    continue
+                assert isinstance(solver, FollowingSolver)
+                ways: dict[str, Step] = {"no": solver.solve_one, "yes": solver.follow_one}
+                for way, step in ways.items():
+                    step(problems.poses[0], problems.joints[0])  # compiles
+                    what = {"robot": name, "solver": label, "null space": way}
+                    for figures in measures(robot, problems, follow(step, problems)):
+                        yield what | {"max jump": held or "none"} | figures
 
 
 def main() -> None:

@@ -17,6 +17,7 @@ from pipeline.learning.cycleik.compiled.answers import (
     compiled_experts,
 )
 from pipeline.learning.cycleik.compiled.query import refined_query
+from pipeline.learning.cycleik.compiled.ranking import merge_ranked
 from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
@@ -87,15 +88,9 @@ class CycleIk(NeuralSolver):
                 answer_rows(*arguments)
             else:
                 answer_on_threads(self.threads or numba.config.NUMBA_NUM_THREADS, *arguments)
-        joints, errors = _merged(joints, errors, ranking)
+        if self.cells == 1:
+            joints, errors = joints[0], errors[0]
+        else:
+            joints, errors = merge_ranked(joints, errors, ranking)
         errors *= _TO_MM_AND_DEG
         return Hypotheses(joints, errors[..., 0], errors[..., 1])
-
-
-def _merged(joints: Array, errors: Array, ranking: Array) -> tuple[Array, Array]:
-    """Hypotheses (C, N, K, dof) of several experts as those of one (N, C K, dof), best first."""
-    if len(joints) == 1:
-        return joints[0], errors[0]
-    joints, errors = (np.concatenate(part, axis=1) for part in (joints, errors))
-    order = np.argsort(errors @ ranking, axis=1, kind="stable")[..., None]
-    return np.take_along_axis(joints, order, 1), np.take_along_axis(errors, order, 1)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from robots.compiled import njit
 from robots.frames import composed, constant_frame, slid, turned
 from robots.trigonometry import sine_cosine
@@ -202,3 +204,30 @@ def rank_lanes(order, begin, end, work, joints, errors):  # type: ignore[no-unty
             lane = _place(i * heads + head, dof)
             for k in range(dof):
                 joints[row, rank, k] = values[lane + k * LANES]
+
+
+@njit()
+def merge_ranked(joints, errors, weights):  # type: ignore[no-untyped-def]
+    """Put the hypotheses of several experts together, best first; of equal ones the first's first.
+
+    Args:
+        joints: (C, N, K, dof) hypotheses of each expert [rad or m].
+        errors: (C, N, K, 2) their distance [m] and angle [rad].
+        weights: (2,) of an error in m and in rad when hypotheses are compared.
+
+    Returns:
+        Hypotheses (N, C K, dof) and their errors (N, C K, 2).
+    """
+    experts, count, heads, dof = joints.shape
+    merged = np.empty((count, experts * heads, dof))
+    measured = np.empty((count, experts * heads, 2))
+    costs = np.empty(experts * heads)
+    for row in range(count):
+        for place in range(experts * heads):
+            distance, angle = errors[place // heads, row, place % heads]
+            costs[place] = weights[0] * distance + weights[1] * angle
+        for rank, place in enumerate(np.argsort(costs, kind="mergesort")):
+            expert, head = place // heads, place % heads
+            merged[row, rank] = joints[expert, row, head]
+            measured[row, rank] = errors[expert, row, head]
+    return merged, measured
