@@ -44,10 +44,10 @@ NAMES = ("panda", "fetch", "nicol", "nico", "iiwa")
 SOLVERS = ("lm", "cycleik_refined")
 TITLE = (
     "Trajectories of the suite `tracking`, every pose from the answer before: with the motion in\n"
-    "the null space (`follow`) and without, and with steps held to `max_jump` or not. Trajectories\n"
-    f"that jump have a step of more than {JUMP:g} rad (m), those that miss have a pose without an\n"
-    "answer; lost are both. Steps in rad (m): the largest of those that are not lost, and of the\n"
-    "motion that made them; drift is the mean distance from it, the joint that is furthest off."
+    "the null space (`follow`) and without, with steps held to `max_jump` and without. Jump: a\n"
+    f"trajectory has a step of more than {JUMP:g} rad (m); miss: it has a pose without an answer;\n"
+    "lost: either. Steps in rad (m): the largest of those that are not lost, and of the motion\n"
+    "that made them; drift is the mean distance from it, the joint that is furthest off."
 )
 HELD = 0.09  # rad or m, `max_jump` of the rows that have one
 
