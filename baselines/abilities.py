@@ -17,6 +17,7 @@ from robots.arguments import as_floats
 
 if TYPE_CHECKING:
     from baselines.explanation import Explanation
+    from baselines.followed_path import FollowedPath
     from baselines.protocol import Budget, Solution
     from robots import Robot
 
@@ -172,6 +173,41 @@ class Abilities:
         solution = self.follow(_one_pose(pose)[None], last)
         return solution.joints[0], bool(solution.found[0])
 
+    def follow_path(
+        self, poses: ArrayLike, start: ArrayLike, *, max_jump: float = 0.1, attempts: int = 128
+    ) -> FollowedPath:
+        """Find joints along a path that is known beforehand, without a jump.
+
+        A solver that is asked pose after pose by `follow` may lead an arm to where a limit ends its
+        branch of solutions. Here it begins again from the start where that happens, and moves a
+        redundant arm through other postures; the answers depend on nothing else.
+
+        Args:
+            poses: (S, 7) targets in the base frame, x y z in m, then unit qw qx qy qz; S > 0.
+            start: (dof,) joints from which the first pose is reached without a jump [rad or m].
+            max_jump: How far a joint may move from pose to pose [rad or m].
+            attempts: How often the path is begun at most; an arm with no joints to spare, or a
+                solver that does not use them, has one way only and begins once.
+
+        Returns:
+            The joints as far as the best attempt came.
+
+        Raises:
+            AbilityError: This solver answers every pose for itself.
+            PoseError: As `Solver.solve`, or there is no pose.
+            InitialError: As `Solver.solve`.
+            SettingError: A distance or a number of attempts that cannot be.
+        """
+        self._need(FOLLOW)
+        targets = check_poses(poses)
+        if len(targets) == 0:
+            raise PoseError("expected a path of one pose or more, got none")
+        jump = positive_settings({"max_jump": max_jump})["max_jump"]
+        most = count_settings({"attempts": attempts})["attempts"]
+        first = as_floats(start, "start", InitialError)
+        self._guesses(first[None], 1)
+        return self._follow_path(np.array(targets, order="C"), first.copy(), jump, most)
+
     def _solve_all(self, pose: Array, count: int, apart: float, guess: Array | None) -> Array:
         """Solve a checked pose (7,) up to `count` times, sorted by a guess (dof,)."""
         raise NotImplementedError
@@ -184,6 +220,12 @@ class Abilities:
 
     def _follow(self, poses: Array, last: Array, budget: Budget | None) -> Solution:
         """Solve poses (N, 7) from the answers (N, dof) to those before, both as they came."""
+        raise NotImplementedError
+
+    def _follow_path(
+        self, poses: Array, start: Array, max_jump: float, attempts: int
+    ) -> FollowedPath:
+        """Follow checked poses (S, 7) from joints (dof,) as they came."""
         raise NotImplementedError
 
     def _explain(self, pose: Array) -> Explanation:

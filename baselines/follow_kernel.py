@@ -95,15 +95,16 @@ def limit_barrier(joints, q, gradient, curvature):  # type: ignore[no-untyped-de
 
 
 @njit(_nrt=False)
-def find_null_motion(joints, w, gain, damping):  # type: ignore[no-untyped-def]
+def find_null_motion(joints, w, pull, gain, damping):  # type: ignore[no-untyped-def]
     """Write into w.bias the motion within the null space, after `find_error` and `find_jacobian`.
 
-    It leads down the projected gradient to where a quadratic model of H is least, or no further
-    than the bound.
+    It leads down the projected gradient to where a quadratic model of H - pᵀ q is least, or no
+    further than the bound.
 
     Args:
         joints: `JointRange`.
         w: `FollowWork`; q and at stand for a configuration.
+        pull: (dof,) p, which way each joint is drawn [1/rad or 1/m], or None for no way.
         gain: Bound of the motion of a joint, as a share of the largest in the step to the target.
         damping: λ of both steps [m² and rad²].
     """
@@ -117,6 +118,9 @@ def find_null_motion(joints, w, gain, damping):  # type: ignore[no-untyped-def]
             moved += J[k, i] * w.solved[i]
         bound = max(bound, gain * abs(moved))
     limit_barrier(joints, w.q, w.gradient, w.curvature)
+    if pull is not None:
+        for k in range(dof):
+            w.gradient[k] -= pull[k]
     along, largest = project_gradient(w, damping)
     bend = 0.0
     for k in range(dof):
@@ -129,7 +133,7 @@ def find_null_motion(joints, w, gain, damping):  # type: ignore[no-untyped-def]
 
 
 @njit(_nrt=False)
-def follow_from(chain, joints, pose, options, gain, w):  # type: ignore[no-untyped-def]
+def follow_from(chain, joints, pose, options, pull, gain, w):  # type: ignore[no-untyped-def]
     """Descend from w.q to the next pose (7,), at least one step; w.q is where it ended.
 
     Returns:
@@ -150,11 +154,44 @@ def follow_from(chain, joints, pose, options, gain, w):  # type: ignore[no-untyp
         damping = options.damping + options.damping_gain * (distance2 + angle2)
         if steps == 0:
             find_jacobian(chain, w.at)
-            find_null_motion(joints, w, gain, damping)
+            find_null_motion(joints, w, pull, gain, damping)
             step_inside(chain, w, w.bias, damping, passes)
         else:
             damped_step(chain, w, None, damping, passes)
         steps += 1
+
+
+@njit()
+def follow_seed(  # type: ignore[no-untyped-def]
+    chain, joints, target, last, seeds, answer, options, pull, gain, max_jump, w
+):
+    """Descend from the answer to one pose to the next pose.
+
+    Args:
+        chain: The robot's `Chain`.
+        joints: `JointRange`.
+        target: (7,) checked pose.
+        last: (1, dof) answer to the pose before as it was given [rad or m].
+        seeds: (1, dof) the same inside the limits.
+        answer: (dof,) receives the joints [rad or m].
+        options: `LmOptions`.
+        pull: See `find_null_motion`.
+        gain: See `find_null_motion`.
+        max_jump: See `follow_query`.
+        w: `FollowWork`.
+
+    Returns:
+        Whether the pose is reached, and the steps.
+    """
+    copy_row(seeds[0], w.q)
+    if max_jump is None:
+        reached, steps = follow_from(chain, joints, target, options, pull, gain, w)
+    else:
+        near = drawn_in(chain, seeds[0], max_jump)
+        reached, steps = follow_from(near, joints, target, options, pull, gain, w)
+    copy_row(w.q, answer)
+    turn_nearest(last, joints, answer)
+    return reached, steps
 
 
 @njit()
@@ -181,12 +218,7 @@ def follow_query(pose, last, answer, options, joints, chain, gain, max_jump):  #
     timespec = np.empty(2, dtype=np.int64)
     began = now_ns(timespec)
     w = new_follow_work(chain.prismatic.shape[0], dof)
-    copy_row(seeds[0], w.q)
-    if max_jump is None:
-        reached, steps = follow_from(chain, joints, target, options, gain, w)
-    else:
-        near = drawn_in(chain, seeds[0], max_jump)
-        reached, steps = follow_from(near, joints, target, options, gain, w)
-    copy_row(w.q, answer)
-    turn_nearest(last, joints, answer)
+    reached, steps = follow_seed(
+        chain, joints, target, last, seeds, answer, options, None, gain, max_jump, w
+    )
     return FOUND if reached else OUT_OF_ITERATIONS, steps, 1, now_ns(timespec) - began

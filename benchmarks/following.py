@@ -4,11 +4,12 @@
 
 The trajectories are those of the suite `tracking`; a step is one call of `follow_one` (with), or of
 `solve_one` from the answer before (without). A solver that takes `max_jump` follows a second time
-with each step held to 0.09 rad or m: an answer further away is none. Robots of
-`benchmarks.package_robots` are added where they are not there yet. Prints a Markdown table:
-trajectories with a step of more than 0.1 rad or m, and with a miss; the largest step of those with
-neither, and of the motion that made them; mean errors; the mean distance from that motion; the 10th
-percentile of the time of a step.
+with each step held to 0.09 rad or m: an answer further away is none. `follow_path` knows the whole
+trajectory beforehand and may begin again from its start. Robots of `benchmarks.package_robots` are
+added where they are not there yet. Prints a Markdown table: trajectories with a step of more than
+0.1 rad or m, and with a miss; the largest step of those with neither, and of the motion that made
+them; mean errors of what is answered; the mean distance from that motion; the 10th percentile of
+the time of a step, of a path its time by poses.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ NAMES = ("panda", "fetch", "nicol", "nico", "iiwa")
 SOLVERS = ("lm", "cycleik_refined")
 TITLE = (
     "Trajectories of the suite `tracking`, every pose from the answer before: with the motion in\n"
-    "the null space (`follow`) and without, with steps held to `max_jump` and without. Jump: a\n"
+    "the null space (`follow`) and without, with steps held to `max_jump` and without; or as a\n"
+    "path that is known beforehand (`follow_path`, up to 128 attempts from its start). Jump: a\n"
     f"trajectory has a step of more than {JUMP:g} rad (m); miss: it has a pose without an answer;\n"
     "lost: either. Steps in rad (m): the largest of those that are not lost, and of the motion\n"
     "that made them; drift is the mean distance from it, the joint that is furthest off."
@@ -73,9 +75,23 @@ def follow(step: Step, problems: Problems) -> Followed:
     return Followed(joints, found, np.array(spent))
 
 
+def follow_paths(solver: FollowingSolver, problems: Problems) -> Followed:
+    """Follow each trajectory as a path that is known, from its known configuration."""
+    further = problems.further
+    joints, time_us = np.empty_like(problems.joints), np.empty(len(problems.poses))
+    for number, rate in {*zip(further["trajectory"], further["rate_hz"], strict=True)}:
+        rows = np.logical_and(further["trajectory"] == number, further["rate_hz"] == rate)
+        began = time.perf_counter_ns()
+        start = problems.joints[rows][0]
+        joints[rows] = solver.follow_path(problems.poses[rows], start, max_jump=HELD).joints
+        time_us[rows] = (time.perf_counter_ns() - began) / 1e3 / rows.sum()
+    return Followed(joints, ~np.isnan(joints[:, 0]), time_us)
+
+
 def measures(robot: Robot, problems: Problems, answers: Followed) -> Iterator[dict[str, Any]]:
     """Give the figures of each rate."""
-    reached = robot.forward_kinematics(answers.joints)
+    answered = ~np.isnan(answers.joints[:, 0])
+    reached = robot.forward_kinematics(np.where(answered[:, None], answers.joints, robot.home))
     distance = 1e3 * np.linalg.norm(reached[:, :3] - problems.poses[:, :3], axis=1)
     angle = np.degrees(rotation_angle(reached[:, 3:], problems.poses[:, 3:]))
     first = problems.further["step"] == 0
@@ -83,6 +99,7 @@ def measures(robot: Robot, problems: Problems, answers: Followed) -> Iterator[di
     number, off = problems.further["trajectory"], np.abs(answers.joints - problems.joints)
     for rate in np.unique(problems.further["rate_hz"]):
         rows = problems.further["rate_hz"] == rate
+        told = rows & answered
         jumping = np.unique(number[rows & (own > JUMP)])
         missing = np.unique(number[rows & ~answers.found])
         lost = np.union1d(jumping, missing)
@@ -95,10 +112,11 @@ def measures(robot: Robot, problems: Problems, answers: Followed) -> Iterator[di
             "lost": len(lost),
             "largest step": own[kept].max(),
             "of the motion": known[rows].max(),
-            "error um": 1e3 * distance[rows].mean(),
-            "error mdeg": 1e3 * angle[rows].mean(),
-            "drift": off[rows].max(axis=1).mean(),
+            "error um": 1e3 * distance[told].mean(),
+            "error mdeg": 1e3 * angle[told].mean(),
+            "drift": off[told].max(axis=1).mean(),
             "step us": np.percentile(answers.time_us[rows], 10),
+            "mean us": answers.time_us[rows].mean(),
         }
 
 
@@ -124,11 +142,15 @@ def rows_of(names: list[str], solvers: list[str], trajectories: int) -> Iterator
                     continue
                 assert isinstance(solver, FollowingSolver)
                 ways: dict[str, Step] = {"no": solver.solve_one, "yes": solver.follow_one}
+                what: dict[str, Any] = {"robot": name, "solver": label}
+                if held is not None or "max_jump" not in settings(label):
+                    solver.follow_path(problems.poses[:1], problems.joints[0])  # compiles
+                    for figures in measures(robot, problems, follow_paths(solver, problems)):
+                        yield what | {"null space": "path", "max jump": HELD} | figures
                 for way, step in ways.items():
                     step(problems.poses[0], problems.joints[0])  # compiles
-                    what = {"robot": name, "solver": label, "null space": way}
                     for figures in measures(robot, problems, follow(step, problems)):
-                        yield what | {"max jump": held or "none"} | figures
+                        yield what | {"null space": way, "max jump": held or "none"} | figures
 
 
 def main() -> None:

@@ -75,7 +75,7 @@ def test_a_null_motion_leaves_the_tip_and_the_limits(solver: LevenbergMarquardt)
         set_target(pose, w.at)
         find_error(robot.chain, w.q, pose, w.at)
         find_jacobian(robot.chain, w.at)
-        find_null_motion(joint_range(robot), w, GAIN, 1e-12)
+        find_null_motion(joint_range(robot), w, None, GAIN, 1e-12)
         J = w.at.jacobian.T
         if np.linalg.svd(J)[1][-1] < 1e-2:
             continue  # near a singularity damping lets a little of the motion through
