@@ -1,7 +1,7 @@
 """Who is to blame for lost grasps: every part of the chain replaced by an oracle, in all ways.
 
     python -m benchmarks.ladder [--trials 100] [--robots nico nicol] [--agents policy]
-                                [--replay] [--cells camera/policy/cycleik ...] [--as-is]
+                                [--replay FILE] [--cells camera/policy/cycleik ...] [--as-is]
                                 [--write] [key=value ...]
 
 Perception {with calibration error, camera, true places} x agent {policy} x solver {CycleIK, refined
@@ -10,7 +10,8 @@ results/ladder: the command may be killed and given again, with more trials too.
 results/studies/ladder.{csv,md} after every cell, `--as-is` with what is kept, without a trial.
 
 A language model joins in with `--agents local policy`, or `endpoint` and the keys of
-`agent.endpoint`. What it answers is kept, and `--replay` repeats its trials without it.
+`agent.endpoint`. What it answers is kept, with `--write` in results/studies/ladder_messages.jsonl
+too, and `--replay FILE` repeats its trials without it.
 """
 
 from __future__ import annotations
@@ -18,14 +19,15 @@ from __future__ import annotations
 import argparse
 import shlex
 from collections.abc import Sequence
+from pathlib import Path
 
 import pandas as pd
 
 from benchmarks.grasp_rows import trials
-from benchmarks.ladder.cells import AGENTS, cells
+from benchmarks.ladder.cells import AGENTS, cells, keep_messages
 from benchmarks.ladder.owners import with_owners
 from benchmarks.ladder.tables import tables
-from benchmarks.studies import write_study
+from benchmarks.studies import STUDIES, write_study
 from pipeline.config import compose
 from pipeline.grasping.placements import pinned_version
 
@@ -36,6 +38,7 @@ COLUMNS = [  # of the raw rows, that the study keeps
     *("tracking_error_mm", "closing_share", "approach_tip_error_mm", "deposit_tip_error_mm"),
     *("turns", "problem", "wall_s"),
 ]
+MESSAGES = "ladder_messages.jsonl"
 DIGITS = 6  # decimals of numbers in the CSV
 NOTE = """\
 - Calibration error: the eye's pose is off by {translation:g} mm and {rotation:g} mrad, in one \
@@ -53,7 +56,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--trials", type=int, default=100, help="of each cell")
     parser.add_argument("--robots", nargs="+", default=["nico", "nicol"])
     parser.add_argument("--agents", nargs="+", choices=AGENTS, default=["policy"])
-    parser.add_argument("--replay", action="store_true", help="models answer as they did before")
+    parser.add_argument("--replay", type=Path, help="file that models answer from")
     parser.add_argument("--cells", nargs="+", help="perception/agent/solver; all where left out")
     parser.add_argument("--as-is", action="store_true", help="run nothing: what is kept")
     parser.add_argument("--write", action="store_true", help="into results/studies")
@@ -91,9 +94,11 @@ def write(rows: pd.DataFrame, networks: Sequence[str], options: argparse.Namespa
     """Write the study."""
     owned = with_owners(rows)
     which = ["--trials", str(options.trials), "--robots", *options.robots]
-    which += ["--agents", *options.agents, *(["--replay"] if options.replay else []), "--write"]
+    replayed = ["--replay", str(options.replay)] if options.replay else []
+    which += ["--agents", *options.agents, *replayed, "--write"]
     which += ["--cells", *options.cells] if options.cells else []
     command = shlex.join(["python", "-m", "benchmarks.ladder", *which, *options.overrides])
+    keep_messages(cells(options.robots, options.agents), STUDIES / MESSAGES)
     write_study(
         "ladder",
         owned[COLUMNS].round(DIGITS),

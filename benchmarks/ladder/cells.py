@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
 
+from pipeline.data.files import write_text
 from pipeline.locations import results
 
 # Choices of each part; the last one is its oracle.
@@ -29,12 +31,17 @@ class Cell:
         """As `--cells` takes it."""
         return f"{self.perception}/{self.agent}/{self.solver}"
 
-    def overrides(self, trials: int, replay: bool = False) -> list[str]:
+    @property
+    def messages(self) -> Path:
+        """Where what a language model answers is kept."""
+        return FOLDER / self.robot / self.name / "messages.jsonl"
+
+    def overrides(self, trials: int, replay: Path | None = None) -> list[str]:
         """The keys of its run; `python -m pipeline grasp` takes them as well.
 
         Args:
             trials: How many.
-            replay: Whether a language model's answers are those that it gave before.
+            replay: File with a language model's answers in place of the model.
         """
         return [
             f"robot={self.robot}",
@@ -47,14 +54,20 @@ class Cell:
             f"results_dir={FOLDER / self.robot / self.name}",
         ]
 
-    def _agent(self, replay: bool) -> list[str]:
-        """What a language model answers is kept, for each cell apart."""
+    def _agent(self, replay: Path | None) -> list[str]:
         if self.agent == AGENTS[-1]:
             return [f"agent={self.agent}"]
-        file = FOLDER / self.robot / self.name / "messages.jsonl"
-        if replay:
-            return ["agent=replay", f"agent.file={file}"]
-        return [f"agent={self.agent}", f"agent.record={file}"]
+        if replay is not None:
+            return ["agent=replay", f"agent.file={replay}"]
+        return [f"agent={self.agent}", f"agent.record={self.messages}"]
+
+
+def keep_messages(cells: Sequence[Cell], path: Path) -> None:
+    """Write all exchanges with language models in some cells into one file, each of them once."""
+    files = [cell.messages for cell in cells if cell.messages.is_file()]
+    lines = dict.fromkeys(line for file in files for line in file.read_text("utf-8").splitlines())
+    if lines:
+        write_text(path, "".join(f"{line}\n" for line in lines))
 
 
 def cells(robots: Sequence[str], agents: Sequence[str]) -> list[Cell]:

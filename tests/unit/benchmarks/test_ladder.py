@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pandas as pd
 import pytest
 
-from benchmarks.ladder.cells import Cell, cells
+from benchmarks.ladder.cells import Cell, cells, keep_messages
 from benchmarks.ladder.owners import gains, oracles, with_owners
 from benchmarks.ladder.tables import tables
 from pipeline.config import compose
@@ -116,10 +118,21 @@ def test_cells_differ_in_one_part_alone_and_the_most_telling_come_first() -> Non
     assert other.perception.title == "miscalibrated"
 
 
-def test_what_a_language_model_answered_is_replayed_in_its_cell() -> None:
-    cell = Cell("nico", "camera", "local", "cycleik")
-    recorded, replayed = (compose(cell.overrides(5, replay)).agent for replay in (False, True))
+def test_what_a_language_model_answered_is_kept_and_replayed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cell, other = (Cell("nico", "camera", kind, "cycleik") for kind in ("local", "endpoint"))
+    recorded = compose(cell.overrides(5)).agent
+    replayed = compose(cell.overrides(5, tmp_path / "said.jsonl")).agent
     assert (recorded.kind, replayed.kind) == ("local", "replay")
-    assert recorded.record == replayed.file
-    other = Cell("nico", "camera", "endpoint", "cycleik")
-    assert compose(other.overrides(5)).agent.record != recorded.record
+    assert recorded.record == str(cell.messages) != str(other.messages)
+    assert replayed.file == str(tmp_path / "said.jsonl")
+    assert compose(other.overrides(5)).agent.record == str(other.messages)
+    monkeypatch.setattr("benchmarks.ladder.cells.FOLDER", tmp_path)
+    keep_messages([cell, other], tmp_path / "all.jsonl")
+    assert not (tmp_path / "all.jsonl").exists()
+    for each, text in ((cell, "a\nb\n"), (other, "b\nc\n")):
+        each.messages.parent.mkdir(parents=True)
+        each.messages.write_text(text)
+    keep_messages([cell, other], tmp_path / "all.jsonl")
+    assert (tmp_path / "all.jsonl").read_text() == "a\nb\nc\n"
