@@ -12,15 +12,16 @@ from pipeline.checks import at_least, one_of, positive, positive_all, within
 from pipeline.learning.registry import kinds
 
 SIZES = {"position": 3, "pose": 7}
+KINDS_OF_GOALS = ({"joints", "posture"}, {"link", "position"}, {"link", "pose"}, {"clearance"})
 FLOAT32, BFLOAT16 = "float32", "bfloat16"
 PRECISIONS = (FLOAT32, "bfloat16_backward", BFLOAT16)
 
 
 @dataclass
 class ConstraintConfig:
-    """A secondary goal of training, in joint space or for another link of the robot.
+    """A secondary goal of training: in joint space, for another link, or against self-collision.
 
-    Either ``joints`` with ``posture``, or ``link`` with ``position`` or ``pose``.
+    Either ``joints`` with ``posture``, or ``link`` with ``position`` or ``pose``, or ``clearance``.
 
     Attributes:
         weight: Weight of its penalty beside the losses of the pose.
@@ -29,6 +30,7 @@ class ConstraintConfig:
         link: Name of a link of the robot.
         position: Where its frame should be, base frame, m.
         pose: The same with a rotation: x y z qw qx qy qz.
+        clearance: Distance below which two links of the robot are pushed apart, m.
     """
 
     weight: float = MISSING
@@ -37,16 +39,20 @@ class ConstraintConfig:
     link: str | None = None
     position: list[float] | None = None
     pose: list[float] | None = None
+    clearance: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse goals that are neither of a posture nor of a link, or of both."""
+        """Refuse goals of no kind, or of several."""
         positive("train.constraints: weight", self.weight)
-        given = {name for name in ("joints", "posture", *SIZES, "link") if self._given(name)}
-        if given not in ({"joints", "posture"}, {"link", "position"}, {"link", "pose"}):
+        names = ("joints", "posture", *SIZES, "link", "clearance")
+        given = {name for name in names if self._given(name)}
+        if given not in KINDS_OF_GOALS:
             raise ValueError(
                 "a constraint of train.constraints has joints and posture, or link and position, "
-                f"or link and pose, got {', '.join(sorted(given)) or 'none of them'}"
+                f"or link and pose, or clearance, got {', '.join(sorted(given)) or 'none of them'}"
             )
+        if self.clearance is not None:
+            positive("train.constraints: clearance", self.clearance)
         for name, size in SIZES.items():
             if self._given(name) and len(getattr(self, name)) != size:
                 raise ValueError(

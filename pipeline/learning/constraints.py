@@ -1,4 +1,4 @@
-"""Secondary goals of training: postures of chosen joints, poses of other links than the tip."""
+"""Secondary goals of training: postures of joints, poses of other links, and self-clearance."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from torch import Tensor
 from pipeline.learning.config import ConstraintConfig, TrainConfig
 from pipeline.learning.kinematics import make_link_kinematics
 from pipeline.learning.losses import PoseLoss, position_loss
+from pipeline.learning.self_clearance import SelfClearance
 from robots import Robot
+from robots.errors import ObstacleError
 from robots.suggestions import unknown_name
 
 Penalty = Callable[[Tensor], Tensor]
@@ -30,8 +32,8 @@ def make_penalty(robot: Robot, train: TrainConfig, device: torch.device) -> Pena
 
     Raises:
         ConstraintError: A goal names a joint that the robot does not have, or a link that does not
-            move.
-        UrdfError: A goal names a link that is not there.
+            move; or clearance is wanted on an accelerator, or of a robot whose shapes have none.
+        UrdfError: A goal names a link that is not there, or a collision shape cannot be used.
     """
     if not train.constraints or train.constraint_scale == 0:
         return None
@@ -70,6 +72,8 @@ def _penalty(
 ) -> Penalty:
     if goal.joints is not None:
         return _posture(robot, goal, device)
+    if goal.clearance is not None:
+        return _clearance(robot, goal.clearance, device)
     return _link(robot, goal, train, device)
 
 
@@ -86,6 +90,18 @@ def _posture(robot: Robot, goal: ConstraintConfig, device: torch.device) -> Pena
         ) from error
     wanted = torch.as_tensor(posture.copy(), device=device)
     return lambda joints: (joints[:, chosen] - wanted).square().mean(dim=1)
+
+
+def _clearance(robot: Robot, clearance: float, device: torch.device) -> Penalty:
+    if device.type != "cpu":
+        raise ConstraintError(
+            f"train.constraints: clearance is computed on a processor, not on {device.type}: set "
+            f"train.device=cpu, or leave it out"
+        )
+    try:
+        return SelfClearance(robot, clearance)
+    except ObstacleError as error:
+        raise ConstraintError(f"train.constraints: no clearance can be had: {error}") from error
 
 
 def _link(

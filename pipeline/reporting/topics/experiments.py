@@ -89,6 +89,12 @@ class Constrained:
         return float(1e3 * np.concatenate(distances).mean())
 
     @property
+    def colliding(self) -> float | None:
+        """Share of answers in which the robot hits itself; None where its shapes cannot tell."""
+        told = self.rows["self_collision"].dropna()
+        return float(told.astype(bool).mean()) if len(told) else None
+
+    @property
     def link_reduction(self) -> float | None:
         """How many times nearer to the goal the links are than without it."""
         free = None if self.free is None else self.free.link_distance
@@ -118,6 +124,7 @@ CONSTRAINTS = (
         number("link_distance_mm", "mean", "link_distance"),
         number("link_reduction", "times smaller"),
     ),
+    share("colliding", "answers in self-collision [%]", decimals=2),
     *under(
         "position error [mm]",
         number("position_error_mm", "mean", _mean("position_error_mm")),
@@ -138,10 +145,10 @@ def constraints(results: Results) -> Table:
         CONSTRAINTS,
         name="constraints",
         title="Secondary goals of training",
-        caption="The same network trained with goals for joints or links beside the pose, and "
-        "without (scale 0). Distance: mean over test poses and chosen joints or links of the "
-        "distance from the goal. Errors: Euclidean and geodesic mean on the test set, without "
-        "refinement.",
+        caption="The same network trained with goals for joints or links beside the pose, or for a "
+        "clearance of its links from each other, and without (scale 0). Distance: mean over test "
+        "poses and chosen joints or links of the distance from the goal. Errors: Euclidean and "
+        "geodesic mean on the test set, without refinement.",
     )
 
 
@@ -232,6 +239,8 @@ def _constrained(results: Results) -> Iterator[Constrained]:
 
 
 def _goal(goal: dict[str, Any]) -> str:
+    if goal.get("clearance") is not None:
+        return f"clearance {goal['clearance']:g} m, weight {goal['weight']:g}"
     if goal.get("joints") is not None:
         names = ", ".join(str(joint) for joint in goal["joints"])
         return f"{names} at {goal['posture']}, weight {goal['weight']:g}"

@@ -40,6 +40,69 @@ def test_a_posture_costs_the_weighted_mean_square_of_its_joints(nicol: Robot) ->
     torch.testing.assert_close(both(joints), torch.tensor([10 * (2.0 + 8.0), 10 * 1.0]))
 
 
+@pytest.mark.parametrize("name", ["panda", "fetch", "nico"])
+def test_clearance_costs_what_links_lack_of_it(name: str) -> None:
+    """What collides costs something, and slopes are those of finite differences."""
+    robot = load_robot(name)
+    values = robot.sample(400, seed=3, collision_free=False)
+    joints = torch.tensor(values, requires_grad=True)
+    near, far = (penalty_of(robot, f"[{{clearance:{c},weight:1}}]") for c in (0.001, 0.003))
+    assert near is not None
+    assert far is not None
+    costs = near(joints)
+    colliding = robot.in_collision(values)
+    assert (costs[colliding] > 0).all()
+    assert (costs[~colliding] <= 0.5).float().mean() > 0.95, "one pair at most lacks one clearance"
+    # The same gap costs less in units of a larger clearance, but that is lacked sooner.
+    assert (far(joints) > 0).sum() >= (costs > 0).sum()
+    costs.sum().backward()
+    assert joints.grad is not None
+    deep = np.flatnonzero((costs > 0.6).numpy())[:20]
+    assert len(deep) > 0
+    agreeing = 0
+    for row in deep:
+        moved = np.repeat(values[row : row + 1], 2 * robot.dof, axis=0)
+        moved[: robot.dof] += 1e-6 * np.eye(robot.dof)
+        moved[robot.dof :] -= 1e-6 * np.eye(robot.dof)
+        both = near(torch.tensor(moved)).double().numpy()
+        slope = (both[: robot.dof] - both[robot.dof :]) / 2e-6
+        wanted = joints.grad[row].numpy()
+        agreeing += np.allclose(slope, wanted, rtol=0.05, atol=0.02 * np.abs(wanted).max())
+    assert agreeing >= 0.8 * len(deep), "corners and edges change over within a difference"
+
+
+def test_clearance_needs_a_processor(nicol: Robot) -> None:
+    train = compose(["train.constraints=[{clearance:0.01,weight:1}]"]).train
+    with pytest.raises(ConstraintError, match=r"not on cuda: set train\.device=cpu"):
+        make_penalty(nicol, train, torch.device("cuda"))
+
+
+def test_links_of_answers_are_near_less_often_where_clearance_counts() -> None:
+    robot = load_robot("panda")
+    joints = robot.sample(3000, seed=1)
+    poses = PoseSet(robot.forward_kinematics(joints), joints)
+    share, goal = {}, "[{clearance:0.02,weight:5}]"
+    near = penalty_of(robot, goal)
+    assert near is not None
+    for scale in (0, 1):
+        overrides = [
+            f"train.constraints={goal}",
+            f"train.constraint_scale={scale}",
+            "model=tiny",
+            "train.batch_size=100",
+        ]
+        config = compose([*overrides, "train.epochs=10", "train.validations=1"])
+        torch.manual_seed(0)
+        network = build_network(robot, config.model)
+        trainer = Trainer(robot, network, config.train, TrainingRun(0, "", "clearance"))
+        trainer.fit(poses, poses)
+        with torch.no_grad():
+            answers = trainer.network(trainer.tensor(poses.poses)).flatten(0, 1)
+        share[scale] = float((near(answers) > 0).float().mean())
+    assert share[0] > 0.02
+    assert share[1] < 0.6 * share[0]
+
+
 def test_no_goals_or_a_scale_of_zero_cost_nothing(nicol: Robot) -> None:
     assert penalty_of(nicol, "[]") is None
     goal = "[{joints:[3],posture:0,weight:1}]"
@@ -131,6 +194,8 @@ def test_goals_that_a_robot_cannot_have_are_refused(
         ("{link:r_palm,position:[1,2],weight:1}", "must be 3 numbers"),
         ("{joints:[1],posture:0,weight:-1}", "greater than 0"),
         ("{joints:[1],posture:0}", "weight"),
+        ("{clearance:0.1,link:r_palm,weight:1}", "got clearance, link"),
+        ("{clearance:0,weight:1}", "clearance.*greater than 0"),
     ],
 )
 def test_goals_that_cannot_be_are_refused_by_the_configuration(goal: str, words: str) -> None:
