@@ -32,6 +32,7 @@ from benchmarks.query import markdown
 from benchmarks.studies import write_study
 from pipeline import load_robot, load_solver
 from pipeline.config import compose
+from pipeline.learning.card import WeightsError
 from pipeline.reporting.suite_measures import JUMP
 from pipeline.suites.generators import generate
 from pipeline.suites.problems import Problems
@@ -138,7 +139,7 @@ def rows_of(names: list[str], solvers: list[str], trajectories: int) -> Iterator
                 bound: dict[str, Any] = {} if held is None else {"max_jump": held}
                 try:
                     solver = load_solver(label, robot, **bound)
-                except SkippedSolver:
+                except (SkippedSolver, WeightsError):  # no network knows an added robot
                     continue
                 assert isinstance(solver, FollowingSolver)
                 ways: dict[str, Step] = {"no": solver.solve_one, "yes": solver.follow_one}
