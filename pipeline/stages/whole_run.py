@@ -13,7 +13,7 @@ from pipeline import provenance
 from pipeline.closure import source_tree
 from pipeline.containers import to_dict
 from pipeline.data.files import read_json, write_json
-from pipeline.engine.scheduler import Command
+from pipeline.engine.scheduler import Command, duration
 from pipeline.reporting.results import LEFT_OUT
 from pipeline.stages.code_files import roots
 from pipeline.stages.forecast import core_seconds
@@ -167,8 +167,8 @@ def left_out(every: Sequence[Unit], most_hours: float) -> dict[str, str]:
         missing = [name for name in unit.needs if name in reasons]
         if unit.is_done or unit.step.name == REPORT:
             continue
-        if (hours := unit.seconds / SECONDS_PER_HOUR) > most_hours:
-            reasons[unit.name] = f"would take {hours:,.0f} hours of one core"
+        if unit.seconds > most_hours * SECONDS_PER_HOUR:
+            reasons[unit.name] = f"would take {duration(unit.seconds)} of one core"
         elif missing:
             reasons[unit.name] = f"needs {missing[0]}, which is left out"
     return reasons

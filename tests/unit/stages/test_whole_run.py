@@ -101,7 +101,7 @@ def test_a_task_that_takes_too_long_is_left_out_with_what_reads_it(
 ) -> None:
     assert [*left_out(every, 24.0)] == ["tune-nico"]
     short = left_out(every, 1.0)
-    assert short["train-nico"] == "would take 1 hours of one core"
+    assert short["train-nico"] == "would take 82 min of one core"
     assert short["evaluate_neural-nico-cycleik"] == "needs train-nico, which is left out"
     assert "evaluate_numerical-nico-bio_ik" not in short
     write_left_out(tmp_path, every, short)
