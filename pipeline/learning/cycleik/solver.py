@@ -46,7 +46,7 @@ class CycleIk(NeuralSolver):
     kinds: ClassVar[tuple[str, ...]] = METHOD.kinds
     default_model: ClassVar[str] = METHOD.model
 
-    def __init__(self, robot: Robot, weights: str, cells: int, **settings: Any) -> None:
+    def __init__(self, robot: Robot, weights: str, cells: int = 1, **settings: Any) -> None:
         super().__init__(robot, weights, **settings)
         experts = self.network if isinstance(self.network, Experts) else None
         most = 1 if experts is None else len(experts.centres)

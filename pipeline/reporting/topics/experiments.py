@@ -90,7 +90,9 @@ class Constrained:
 
     @property
     def colliding(self) -> float | None:
-        """Share of answers in which the robot hits itself; None where its shapes cannot tell."""
+        """Share of answers in which the robot hits itself; None where nothing tells."""
+        if "self_collision" not in self.rows:  # older rows
+            return None
         told = self.rows["self_collision"].dropna()
         return float(told.astype(bool).mean()) if len(told) else None
 

@@ -111,7 +111,7 @@ def test_a_task_that_takes_too_long_is_left_out_with_what_reads_it(
     text = plan_text(every, {"dataset-nico"}, short, scheduler)
     assert re.search(r"^train +1 +1 +0 +-$", text, re.MULTILINE)
     assert re.search(r"^dataset +1 +0 +1 +14 s$", text, re.MULTILINE)
-    assert "left out: tune-nico would take 273 hours" in text
+    assert re.search(r"left out: tune-nico would take 27\d\.\d h of one core", text)
     assert "rates of results/rates.csv" in text
 
 
