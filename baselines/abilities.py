@@ -178,8 +178,8 @@ class Abilities:
     ) -> FollowedPath:
         """Find joints along a path that is known beforehand, without a jump.
 
-        A solver that is asked pose after pose by `follow` may lead an arm to where a limit ends its
-        branch of solutions. Here it begins again from the start where that happens, and moves a
+        Following pose after pose by `follow` may lead an arm to where a limit ends its branch of
+        solutions. Here it begins again from the start where that happens, and moves a
         redundant arm through other postures; the answers depend on nothing else.
 
         Args:

@@ -26,6 +26,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from baselines import Solver
+from benchmarks.bio_ik_budget import SUCCESS_DEG, SUCCESS_MM
 from benchmarks.studies import write_study
 from pipeline import load_solver
 from pipeline.config import compose
@@ -39,7 +40,6 @@ from robots import load_robot
 Array = NDArray[np.float64]
 
 ROBOTS = ("nicol", "nico", "valkyrie", "panda", "fetch")
-SUCCESS_MM, SUCCESS_DEG = 10.0, 20.0
 RANKED_DEG = (20.0, 4.0)
 ERRORS = {"position_mm": "position", "rotation_deg": "rotation"}
 BATCH, REPEATS = 1000, 15
@@ -108,7 +108,7 @@ def rows_of(
     )
     published = read_published(published_results())
     paper = {
-        f"paper_{key}": float(published.text(PAPER_TABLE, name, "cycleik", metric) or "nan")
+        f"paper_{key}": published.number(PAPER_TABLE, name, "cycleik", metric) or np.nan
         for key, metric in PUBLISHED.items()
     }
     for folder in networks:

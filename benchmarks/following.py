@@ -100,7 +100,7 @@ def measures(robot: Robot, problems: Problems, answers: Followed) -> Iterator[di
     number, off = problems.further["trajectory"], np.abs(answers.joints - problems.joints)
     for rate in np.unique(problems.further["rate_hz"]):
         rows = problems.further["rate_hz"] == rate
-        told = rows & answered
+        measured = rows & answered
         jumping = np.unique(number[rows & (own > JUMP)])
         missing = np.unique(number[rows & ~answers.found])
         lost = np.union1d(jumping, missing)
@@ -113,9 +113,9 @@ def measures(robot: Robot, problems: Problems, answers: Followed) -> Iterator[di
             "lost": len(lost),
             "largest step": own[kept].max(),
             "of the motion": known[rows].max(),
-            "error um": 1e3 * distance[told].mean(),
-            "error mdeg": 1e3 * angle[told].mean(),
-            "drift": off[told].max(axis=1).mean(),
+            "error um": 1e3 * distance[measured].mean(),
+            "error mdeg": 1e3 * angle[measured].mean(),
+            "drift": off[measured].max(axis=1).mean(),
             "step us": np.percentile(answers.time_us[rows], 10),
             "mean us": answers.time_us[rows].mean(),
         }
