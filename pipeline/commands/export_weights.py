@@ -21,7 +21,7 @@ from pipeline.stages.inputs import artifacts, robot_of
 from robots import Robot
 
 LARGEST_BYTES = 3_000_000  # what a repository bears for each robot
-RUN_ONLY = ("run", "machine", "weights_sha256")
+RUN_ONLY = ("run", "machine", "weights_sha256", "files")
 DESCRIPTION = """\
 export-weights robot=panda [model=compact] [results_dir=results/quick]
 
