@@ -215,7 +215,8 @@ def product_rate() -> float:
     """
     left = torch.randn(PEAK_SIZE, PEAK_SIZE)
     random = np.random.default_rng(SEED)
-    packed = pack_layer(random.normal(size=(1, 128, 128)), random.normal(size=(1, 128)))[0]
+    layer = random.normal(size=(1, 128, 128)), random.normal(size=(1, 128))
+    packed = pack_layer(*layer, np.float32)[0]
     values = random.normal(size=2 * CHUNK * 128).astype(np.float32)
     threads = torch.get_num_threads()
     torch.set_num_threads(1)

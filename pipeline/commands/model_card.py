@@ -33,7 +33,7 @@ def network_text(card: Mapping[str, Any]) -> str:
   **Out**: {len(card["joint_names"])} joints, base to tip: {", ".join(card["joint_names"])}.
 - **Size**: {card["parameters"]:,} parameters, kept in {card["stored"]}.
 - **Trained** on reachable poses that are free of self-collision, {train["epochs"]} epochs of
-  batches of {train["batch_size"]:,}, loss `{train["loss"]}`, weights of {train["position_weight"]:g}
+  batches of {train["batch_size"]:,}, loss `{train["loss"]}`, weighed {train["position_weight"]:g}
   for position and {train["rotation_weight"]:g} for rotation, seed {card["config"]["seed"]}, on a
   {card["device"]}; poses came from `python -m pipeline dataset robot={robot}`.
 - **On {test["poses"]:,} test poses**, its best hypothesis, not refined: mean errors

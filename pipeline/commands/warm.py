@@ -113,6 +113,7 @@ KERNELS = {
     "avoid": _avoid,
     "planner": _planner,
     "cycleik_refined": lambda: _solver("cycleik_refined"),
+    "cycleik": lambda: _solver("cycleik"),
     "robot": _robot,
     "bio_ik": lambda: _solver("bio_ik"),
     "lm": lambda: _solver("lm"),

@@ -21,25 +21,28 @@ class Comparison:
         largest: Largest difference from the network's answer of the same head [rad or m].
         ties: Poses where another head was taken that is as good.
         other: Poses where another head was taken that is not.
-        solver_largest: As `largest`, between the solver `cycleik`, which computes in float32, and
-            the network.
+        precision: In which the solver `cycleik` computes.
+        solver_largest: As `largest`, between the solver and the network.
         solver_other: Poses where the solver took another head, or, between two cells, another
             expert.
+        from_solver: Largest difference between the answers and the solver's, of the other poses.
     """
 
     poses: int
     largest: float
     ties: int
     other: int
+    precision: str
     solver_largest: float
     solver_other: int
+    from_solver: float
 
     def sentence(self) -> str:
         """All of it for a person."""
         return (
-            f"largest difference over {self.poses} poses {self.largest:.1e} from the network in "
-            f"float64 (ties: {self.ties}); the solver, in float32, is {self.solver_largest:.1e} "
-            f"from it (another head or expert: {self.solver_other})"
+            f"largest difference over {self.poses} poses {self.from_solver:.1e} from the solver, "
+            f"which computes in {self.precision} (another head or expert: {self.solver_other}), "
+            f"{self.largest:.1e} from the network evaluated in float64 (ties: {self.ties})"
         )
 
 
@@ -60,15 +63,19 @@ def compare(source: Source, poses: Array, joints: Array, tie: float) -> Comparis
     taken, away = _nearest_head(truth.joints, joints)
     changed = taken != best
     tied = np.abs(errors[rows, taken] - errors[rows, best]) < tie
-    theirs, far = _nearest_head(truth.joints, source.solver.hypotheses(poses).joints[:, 0])
+    answers = source.solver.hypotheses(poses).joints[:, 0]
+    theirs, far = _nearest_head(truth.joints, answers)
     same = (theirs == best) & (far < tie)
+    apart = np.abs(joints - answers).max(axis=1)
     return Comparison(
         len(poses),
         float(away.max(initial=0.0)),
         int((changed & tied).sum()),
         int((changed & ~tied).sum()),
+        source.solver.precision,
         float(far[same].max(initial=0.0)),
         int((~same).sum()),
+        float(apart[same & ~changed].max(initial=0.0)),
     )
 
 

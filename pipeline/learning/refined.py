@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from baselines.lm import LevenbergMarquardt
 from baselines.lm_kernel import LmOptions
 from baselines.refine import Refined, merged, refine
 from baselines.refine_torch import refine_place, refine_torch
-from baselines.registry import settings
+from baselines.registry import settings, solver_class
 from baselines.seed_library import LIBRARY_SEED, SeedLibrary, build_seed_library
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Obstacles, Robot
@@ -236,7 +236,8 @@ def _neural(name: str, robot: Robot, **overrides: Any) -> NeuralSolver:
     proposers = [known for known in baselines.names() if _is_network(known)]
     if name not in proposers:
         raise SettingError(f"proposer: {unknown_name('neural solver', name, proposers)}")
-    solver = baselines.load(name, robot, **overrides)
+    seeds = cast("type[NeuralSolver]", solver_class(name)).as_proposer
+    solver = baselines.load(name, robot, **{**seeds, **overrides})
     assert isinstance(solver, NeuralSolver)
     return solver
 

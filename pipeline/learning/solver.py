@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -69,10 +69,12 @@ class NeuralSolver(Solver):
     Attributes:
         kinds: Kinds of networks (``model.kind``) whose weights it takes.
         default_model: What is trained for it (conf/model) where a run's model is of another kind.
+        as_proposer: Settings that differ where its answers are but seeds of a descent.
     """
 
     kinds: ClassVar[tuple[str, ...]]
     default_model: ClassVar[str]
+    as_proposer: ClassVar[Mapping[str, Any]] = {}
     requires: ClassVar[tuple[str, ...]] = ("torch",)
     budgets: ClassVar[frozenset[str]] = frozenset()
     always_answers = True
@@ -129,7 +131,8 @@ class NeuralSolver(Solver):
     def _answers(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the network's answers (N, K, dof) to poses (N, 7), inside the limits."""
         with torch_threads(self.threads), torch.inference_mode():
-            output = self.network(torch.as_tensor(poses, dtype=torch.float32))
+            dtype = next(self.network.parameters()).dtype
+            output = self.network(torch.as_tensor(poses, dtype=dtype))
         return np.clip(output.numpy().astype(np.float64), self.lower, self.upper)
 
     def _solve_batch(

@@ -93,8 +93,10 @@ def test_poses_and_guesses_that_are_none_are_refused(tmp_path: Path) -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize(("kind", "name"), [("experts", "panda"), ("mlp", "mixed")])
-def test_the_network_answers_as_ours(kind: str, name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("kind", "name", "near"), [("experts", "panda", 1e-7), ("mlp", "mixed", 1e-5)]
+)
+def test_the_network_answers_as_ours(kind: str, name: str, near: float, tmp_path: Path) -> None:
     robot = mixed() if name == "mixed" else load_robot(name)
     source = make_source(robot, kind, tmp_path)
     header = CompiledHeader(source, written(source, tmp_path), ("-std=c99", "-O1"))
@@ -103,7 +105,8 @@ def test_the_network_answers_as_ours(kind: str, name: str, tmp_path: Path) -> No
     found = compare(source, poses, joints, tie=1e-6)
     assert found.largest < 1e-12
     assert found.other == 0
-    assert found.solver_largest < 1e-5
+    assert found.solver_largest < near
+    assert found.from_solver < near
     assert found.solver_other < 5
     assert len(set(heads.tolist())) == source.network.heads
     assert header.solve(poses[:50])[1].all()

@@ -25,6 +25,7 @@ from pipeline.learning.cycleik.config import CycleIkModel
 from pipeline.learning.cycleik.experts import Experts
 from pipeline.learning.cycleik.solver import CycleIk
 from pipeline.learning.networks import matrix_pose
+from pipeline.learning.refined import RefinedSolver
 from robots import Robot, available_robots, load_robot
 from robots.rotations import rotation_angle
 
@@ -64,11 +65,24 @@ def as_tensor(poses: NDArray[np.float64]) -> torch.Tensor:
 
 
 def answers(
-    robot: Robot, network: Experts, poses: NDArray[np.float64], threads: int = 1, nearer: int = 0
+    robot: Robot,
+    network: Experts,
+    poses: NDArray[np.float64],
+    threads: int = 1,
+    nearer: int = 0,
+    precision: str = "float32",
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     joints = np.full((len(poses), network.heads, robot.dof), np.nan)
     errors = np.full((len(poses), network.heads, 2), np.nan)
-    arguments = robot.chain, compiled_experts(network), poses, WEIGHTS, nearer, joints, errors
+    arguments = (
+        robot.chain,
+        compiled_experts(network, precision),
+        poses,
+        WEIGHTS,
+        nearer,
+        joints,
+        errors,
+    )
     if threads == 1:
         answer_rows(*arguments)
     else:
@@ -117,20 +131,24 @@ def ranked_by_torch(
     return np.take_along_axis(joints, order[..., None], 1), np.take_along_axis(costs, order, 1)
 
 
-def check_against_torch(robot: Robot, network: Experts, poses: NDArray[np.float64]) -> None:
-    joints, errors = answers(robot, network, poses)
+def check_against_torch(
+    robot: Robot, network: Experts, poses: NDArray[np.float64], precision: str
+) -> None:
+    digits = 1.0 if precision == "float32" else 1e-2
+    joints, errors = answers(robot, network, poses, precision=precision)
     wanted, costs = ranked_by_torch(robot, network, poses)
-    np.testing.assert_allclose(errors @ WEIGHTS, costs, rtol=0, atol=ROUNDING)
+    np.testing.assert_allclose(errors @ WEIGHTS, costs, rtol=0, atol=digits * ROUNDING)
     # The order of heads this close is left to rounding.
     clear = (np.diff(costs, axis=1) > ROUNDING).all(axis=1)
     assert clear.mean() > 0.7
-    np.testing.assert_allclose(joints[clear], wanted[clear], rtol=0, atol=1e-5)
+    np.testing.assert_allclose(joints[clear], wanted[clear], rtol=0, atol=1e-5 * digits)
 
 
+@pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_the_kernel_answers_as_torch_in_float64(
-    robot: Robot, network: Experts, poses: NDArray[np.float64]
+    robot: Robot, network: Experts, poses: NDArray[np.float64], precision: str
 ) -> None:
-    check_against_torch(robot, network, poses)
+    check_against_torch(robot, network, poses, precision)
 
 
 @pytest.mark.parametrize("name", available_robots())
@@ -140,7 +158,7 @@ def test_the_shipped_networks_answer_as_torch_in_float64(name: str) -> None:
     assert isinstance(solver.network, Experts)
     robot = solver.robot
     poses = robot.forward_kinematics(robot.sample(500, seed=6, collision_free=False))
-    check_against_torch(robot, solver.network, poses)
+    check_against_torch(robot, solver.network, poses, "float64")
 
 
 def test_the_second_nearest_cell_answers_as_torch_in_float64(
@@ -186,6 +204,34 @@ def test_cells_that_the_network_has_not_are_refused(cells: int) -> None:
         load_solver("cycleik", load_robot("panda"), cells=cells)
 
 
+@pytest.mark.parametrize("name", available_robots())
+@pytest.mark.parametrize(("precision", "near"), [("auto", 1e-7), ("float32", 1e-4)])
+def test_a_compact_network_computes_in_float64_unless_told(
+    name: str, precision: str, near: float
+) -> None:
+    solver = load_solver("cycleik", load_robot(name), precision=precision)
+    assert isinstance(solver, CycleIk)
+    assert isinstance(solver.network, Experts)
+    robot = solver.robot
+    poses = robot.forward_kinematics(robot.sample(2000, seed=7, collision_free=False))
+    heads = ranked_by_torch(robot, solver.network, poses)[0]
+    away = np.abs(solver.solve(poses).joints[:, None] - heads).max(axis=2).min(axis=1)
+    # A pose within rounding of a border between cells may get the neighbour's answer.
+    assert np.sort(away)[-2] < near
+
+
+def test_seeds_of_a_descent_are_computed_in_float32() -> None:
+    solver = load_solver("cycleik_refined", load_robot("panda"))
+    assert isinstance(solver, RefinedSolver)
+    assert isinstance(solver.proposer, CycleIk)
+    assert solver.proposer.precision == "float32"
+
+
+def test_a_precision_that_does_not_exist_is_refused() -> None:
+    with pytest.raises(SettingError, match=r"no precision 'half'.*auto, float32, float64"):
+        load_solver("cycleik", load_robot("panda"), precision="half")
+
+
 def test_a_refined_solver_takes_more_cells() -> None:
     robot = load_robot("panda")
     poses = robot.forward_kinematics(robot.sample(20, seed=6, collision_free=False))
@@ -225,7 +271,7 @@ def test_work_may_be_kept_from_call_to_call(
     robot: Robot, network: Experts, poses: NDArray[np.float64]
 ) -> None:
     joints, errors = answers(robot, network, poses[:20])
-    experts = compiled_experts(network)
+    experts = compiled_experts(network, np.float32)
     work = make_work(experts, 1, MODEL.heads)
     one, measured = np.empty((1, MODEL.heads, robot.dof)), np.empty((1, MODEL.heads, 2))
     for row in range(20):

@@ -86,7 +86,13 @@ def test_the_solver_takes_the_best_hypothesis_and_claims_what_is_true(
     joints = robot.sample(200, seed=5)
     poses = robot.forward_kinematics(joints)
     solver = CycleIk(
-        robot, str(tmp_path), position_tolerance_mm=400, rotation_tolerance_deg=90, threads=0
+        robot,
+        str(tmp_path),
+        cells=1,
+        precision="float64",
+        position_tolerance_mm=400,
+        rotation_tolerance_deg=90,
+        threads=0,
     )
     solution = solver.solve(poses)
     reached = robot.forward_kinematics(solution.joints)
@@ -97,6 +103,19 @@ def test_the_solver_takes_the_best_hypothesis_and_claims_what_is_true(
     assert (error_mm[solution.found] <= 400).all()
     assert 0 < solution.found.sum() < len(poses)
     assert len(solver.solve(np.empty((0, 7)))) == 0
+
+
+def test_a_plain_network_computes_in_float32_unless_told(tmp_path: Path, robot: Robot) -> None:
+    stored(tmp_path, robot, "tiny")
+    poses = robot.forward_kinematics(robot.sample(100, seed=7, collision_free=False))
+    answers = {
+        precision: load_solver("cycleik", robot, weights=str(tmp_path), precision=precision)
+        .solve(poses)
+        .joints
+        for precision in ("auto", "float32", "float64")
+    }
+    np.testing.assert_array_equal(answers["auto"], answers["float32"])
+    assert 1e-12 < np.abs(answers["float64"] - answers["float32"]).max() < 1e-4
 
 
 def keep(folder: Path, robot: Robot, kind: str, **model: object) -> Path:

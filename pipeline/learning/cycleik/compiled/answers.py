@@ -15,7 +15,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from pipeline.learning.cycleik.compiled.activations import gelu_values, tanh_values
 from pipeline.learning.cycleik.compiled.products import VECTOR, linear, pack_layer
@@ -33,6 +33,7 @@ from robots.compiled import njit
 
 Array = NDArray[np.float64]
 Array32 = NDArray[np.float32]
+Real = NDArray[np.floating]  # float32 or float64
 
 # Poses that go through the layers together: a multiple of the rows of a tile on any processor.
 CHUNK = 60
@@ -45,21 +46,22 @@ class CompiledExperts(NamedTuple):
 
     Attributes:
         box: (2, 3) float32, middle of the workspace box and half its size [m].
-        gate: float32, a layer whose outputs are the distances to the cells, see `pack_layer`.
+        gate: A layer whose outputs are the distances to the cells, see `pack_layer`.
         means: (E, 12) subtracted from the inputs of an expert: in float64, because a cell may be
             so small that the differences have few digits left in float32.
         sizes: (L + 1,) width of the input and of each layer, a multiple of `VECTOR`.
         widest: The largest of them.
-        layers: (E size,) float32, for each expert its layers one after another.
+        layers: (E size,) for each expert its layers one after another. Gate and layers are float32
+            or float64, in which they compute.
         scaling: (2, dof) float64, middle of the limits and half their distance [rad or m].
     """
 
     box: Array32
-    gate: Array32
+    gate: Real
     means: Array
     sizes: NDArray[np.int64]
     widest: int
-    layers: Array32
+    layers: Real
     scaling: Array
 
 
@@ -67,7 +69,7 @@ class Work(NamedTuple):
     """Arrays that a call works in.
 
     Attributes:
-        values: float32, inputs and outputs of a layer for a chunk of poses.
+        values: Inputs and outputs of a layer for a chunk of poses, of the layers' type.
         order: (2, N) cell of each pose, and rows in the order of their cells.
         starts: (E + 1,) where in that order a cell begins.
         features: (12,) of a pose.
@@ -77,7 +79,7 @@ class Work(NamedTuple):
         frames: Tips of a block of lanes.
     """
 
-    values: Array32
+    values: Real
     order: NDArray[np.int64]
     starts: NDArray[np.int64]
     features: Array
@@ -87,17 +89,22 @@ class Work(NamedTuple):
     frames: Array
 
 
-def compiled_experts(network: Experts) -> CompiledExperts:
-    """Return the arrays of a network, with the scaling of its inputs folded into the weights."""
+def compiled_experts(network: Experts, dtype: DTypeLike) -> CompiledExperts:
+    """Return the arrays of a network, with the scaling of its inputs folded into the weights.
+
+    Args:
+        network: Whose weights they are.
+        dtype: float32 or float64, in which the layers compute.
+    """
     blocks, sizes = [], [MATRIX_POSE_SIZE]
     for weight, bias in network.folded(centred=True):
         missing, more = sizes[-1] - weight.shape[1], -weight.shape[2] % VECTOR
         padded = np.pad(weight, ((0, 0), (0, missing), (0, more)))
-        blocks.append(pack_layer(padded, np.pad(bias, ((0, 0), (0, more)))))
+        blocks.append(pack_layer(padded, np.pad(bias, ((0, 0), (0, more))), dtype))
         sizes.append(padded.shape[2])
     return CompiledExperts(
         np.stack([host(network.position_centre), host(network.position_scale)]).astype("f4"),
-        _gate(network),
+        _gate(network, dtype),
         host(network.mean),
         np.array(sizes, dtype=np.int64),
         max(sizes),
@@ -106,20 +113,20 @@ def compiled_experts(network: Experts) -> CompiledExperts:
     )
 
 
-def _gate(network: Experts) -> Array32:
+def _gate(network: Experts, dtype: DTypeLike) -> Real:
     """Half the squared distance of features to each centre, without what all cells share."""
     centres = host(network.centres)
     weight = -(centres * host(network.metric)).T
     half_squares = (centres**2).sum(axis=1) / 2
     more = -len(centres) % VECTOR
     far = np.pad(half_squares, (0, more), constant_values=np.finfo(np.float32).max)
-    return _aligned(pack_layer(np.pad(weight, ((0, 0), (0, more)))[None], far[None])[0])
+    return _aligned(pack_layer(np.pad(weight, ((0, 0), (0, more)))[None], far[None], dtype)[0])
 
 
-def _aligned(array: Array32) -> Array32:
+def _aligned(array: Real) -> Real:
     """Return a copy that begins with a cache line."""
-    size = np.dtype(np.float32).itemsize
-    room = np.empty(array.size + ALIGNMENT // size, dtype=np.float32)
+    size = array.itemsize
+    room = np.empty(array.size + ALIGNMENT // size, dtype=array.dtype)
     begin = -room.ctypes.data % ALIGNMENT // size
     copy = room[begin : begin + array.size].reshape(array.shape)
     copy[:] = array
@@ -251,7 +258,7 @@ def make_work(experts, count, heads):  # type: ignore[no-untyped-def]
     widest, most = max(experts.gate.shape[0] // (depth + 1), experts.widest), min(CHUNK, count)
     lanes = (most * heads + LANES - 1) // LANES * LANES
     return Work(
-        np.empty(2 * most * widest, dtype=np.float32),
+        np.empty(2 * most * widest, dtype=experts.layers.dtype),
         np.empty((2, count), dtype=np.int64),
         np.empty(cells + 1, dtype=np.int64),
         np.empty(depth),

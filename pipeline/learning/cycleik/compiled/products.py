@@ -1,9 +1,10 @@
-"""Products of matrices for small perceptrons in compiled code, float32, at the processor's rate.
+"""Products of matrices for small perceptrons in compiled code, at the processor's rate.
 
 One tile is a few rows by a few vectors of outputs, whose sums stay in registers while it runs over
 all inputs; a weight is read once for all rows of a tile. The tile is written as vector instructions
-for LLVM, which splits a vector of sixteen into what the processor has, because its optimiser does
-not find this form from loops. Weights are packed once, see `pack_layer`.
+for LLVM, which splits a vector of 64 bytes into what the processor has, because its optimiser does
+not find this form from loops. Weights are packed once, see `pack_layer`. All of it is compiled for
+float32 or float64, whichever the arrays hold.
 
 A sum is the bias and then one product after the other, whatever rows stand beside it, so that an
 answer does not depend on its batch; libraries of linear algebra do not promise that.
@@ -19,50 +20,56 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils, codegen, config
 from numba.extending import intrinsic
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from robots.compiled import njit
 
-VECTOR = 16  # floats of a vector; widths of layers are padded to a multiple of it
-PANELS = (64, 32, 16)  # widths of panels, widest first; 64 columns of 128 rows fit the first cache
+BYTES = 64  # of a vector: 16 floats, or 8 of twice the size
+VECTOR = 16  # widths of layers are padded to a multiple of it
+PANELS = (4, 2, 1)  # vectors of panels, widest first; four of 128 rows fit the first cache
 
 
 def _has_wide_registers() -> bool:
-    """Whether this process compiles for 32 registers of 16 floats (AVX-512), not 16 of 8."""
+    """Whether this process compiles for 32 registers of 64 bytes (AVX-512), not 16 of 32."""
     features = config.CPU_FEATURES
     return "+avx512f" in (codegen.get_host_cpu_features() if features is None else features)
 
 
 # Rows and vectors of a tile: 16 of 32 registers hold sums, or 12 of 16 where a vector takes two.
 ROWS, MOST_VECTORS = (4, 4) if _has_wide_registers() else (6, 1)
-WIDE, MIDDLE, NARROW = (min(width // VECTOR, MOST_VECTORS) for width in PANELS)
+WIDE, MIDDLE, NARROW = (min(vectors, MOST_VECTORS) for vectors in PANELS)
 
 
-def panels(width: int) -> list[int]:
+def panels(width: int, dtype: DTypeLike) -> list[int]:
     """Return the widths of the panels that a layer of a width, a multiple of `VECTOR`, is cut into.
 
     Args:
         width: Outputs of the layer.
+        dtype: Of its numbers.
     """
     cut: list[int] = []
-    for panel in PANELS:
+    for vectors in PANELS:
+        panel = vectors * BYTES // np.dtype(dtype).itemsize
         while width - sum(cut) >= panel:
             cut.append(panel)
     return cut
 
 
-def pack_layer(weight: NDArray[np.float64], bias: NDArray[np.float64]) -> NDArray[np.float32]:
+def pack_layer(
+    weight: NDArray[np.float64], bias: NDArray[np.float64], dtype: DTypeLike
+) -> NDArray[np.floating]:
     """Pack layers for `linear`: panel by panel, of each the biases and then the rows of weights.
 
     Args:
         weight: (E, n, m) of E networks, m a multiple of `VECTOR`.
         bias: (E, m).
+        dtype: float32 or float64, in which the layers compute.
 
     Returns:
         (E, (n + 1) m).
     """
-    both = np.concatenate((bias[:, None], weight), axis=1).astype(np.float32)
-    edges = np.cumsum(panels(both.shape[2]))[:-1]
+    both = np.concatenate((bias[:, None], weight), axis=1).astype(dtype)
+    edges = np.cumsum(panels(both.shape[2], dtype))[:-1]
     parts = np.split(both, edges, axis=2)
     return np.concatenate([part.reshape(len(both), -1) for part in parts], axis=1)
 
@@ -74,25 +81,27 @@ class _TileBuilder:
         builder: Where they go.
         rows: Rows of the tile.
         vectors: Vectors of outputs.
+        bits: Of a number, 32 or 64.
     """
 
-    def __init__(self, builder: Any, rows: int, vectors: int) -> None:
+    def __init__(self, builder: Any, rows: int, vectors: int, bits: int) -> None:
         self.builder, self.rows, self.vectors = builder, rows, vectors
-        self.vector = ir.VectorType(ir.FloatType(), VECTOR)
+        self.align, self.lanes = bits // 8, 8 * BYTES // bits
+        self.vector = ir.VectorType(ir.FloatType() if bits == 32 else ir.DoubleType(), self.lanes)
         form = ir.FunctionType(self.vector, [self.vector] * 3)
         # Unlike llvm.fma it is two instructions, not a call, where the processor cannot fuse them.
         self.multiply_add = cgutils.get_or_insert_function(
-            builder.module, form, f"llvm.fmuladd.v{VECTOR}f32"
+            builder.module, form, f"llvm.fmuladd.v{self.lanes}f{bits}"
         )
 
     def _pointer(self, base: Any, offset: Any, index: int) -> Any:
-        constant = ir.Constant(offset.type, VECTOR * index)
+        constant = ir.Constant(offset.type, self.lanes * index)
         at = self.builder.gep(base, [self.builder.add(offset, constant)])
         return self.builder.bitcast(at, self.vector.as_pointer())
 
     def _load(self, base: Any, offset: Any) -> list[Any]:
         return [
-            self.builder.load(self._pointer(base, offset, index), align=4)
+            self.builder.load(self._pointer(base, offset, index), align=self.align)
             for index in range(self.vectors)
         ]
 
@@ -100,7 +109,7 @@ class _TileBuilder:
         """Return a vector whose numbers are all this one."""
         unset = ir.Constant(self.vector, ir.Undefined)
         first = self.builder.insert_element(unset, number, ir.Constant(ir.IntType(32), 0))
-        mask = ir.Constant(ir.VectorType(ir.IntType(32), VECTOR), [0] * VECTOR)
+        mask = ir.Constant(ir.VectorType(ir.IntType(32), self.lanes), [0] * self.lanes)
         return self.builder.shuffle_vector(first, unset, mask)
 
     def write(self, values: Any, depth: Any, panel: Any, width: Any, out: Any, step: Any) -> None:
@@ -136,7 +145,7 @@ class _TileBuilder:
             offset = builder.mul(step, ir.Constant(step.type, row))
             for index, total in enumerate(sums[row]):
                 at = self._pointer(out, offset, index)
-                builder.store(builder.load(total), at, align=4)
+                builder.store(builder.load(total), at, align=self.align)
 
 
 @intrinsic(prefer_literal=True)
@@ -149,7 +158,7 @@ def _tile(  # type: ignore[no-untyped-def]
     """
     if not isinstance(rows, types.IntegerLiteral) or not isinstance(vectors, types.IntegerLiteral):
         return None
-    size: tuple[int, int] = rows.literal_value, vectors.literal_value
+    size = rows.literal_value, vectors.literal_value, values.dtype.bitwidth
     signature = types.void(
         rows, vectors, values, start, depth, packed, begin, width, out, place, step
     )
@@ -169,12 +178,24 @@ def _tile(  # type: ignore[no-untyped-def]
     return signature, codegen_of
 
 
+@intrinsic
+def _lanes_of(context, values):  # type: ignore[no-untyped-def]
+    """Numbers of a vector, a constant for the compiler."""
+    lanes = 8 * BYTES // values.dtype.bitwidth
+
+    def write(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        return context.get_constant(types.int64, lanes)
+
+    codegen_of: Callable[..., Any] = write
+    return types.int64(values), codegen_of
+
+
 @njit(inline="always")
 def _panel(values, start, rows, depth, packed, begin, columns, place, step, most, vectors):  # type: ignore[no-untyped-def]
     """One panel: tiles of `ROWS` rows and `most` vectors, the rest of the rows one by one."""
-    row = 0
+    row, step_of_tiles = 0, most * _lanes_of(values)
     while row + ROWS <= rows:
-        for shift in range(0, columns, most * VECTOR):
+        for shift in range(0, columns, step_of_tiles):
             _tile(
                 ROWS, most, values, start + row * depth, depth,
                 packed, begin + shift, columns, values, place + row * step + shift, step,
@@ -205,16 +226,22 @@ def linear(values, start, rows, depth, packed, begin, width, place):  # type: ig
         width: Outputs of the layer, a multiple of `VECTOR`.
         place: Where the outputs begin, `width` numbers a row.
     """
-    column = 0
+    column, lanes = 0, _lanes_of(values)
     while column < width:
-        if width - column >= 64:
-            columns = 64
-            _panel(values, start, rows, depth, packed, begin, 64, place + column, width, WIDE, 4)
-        elif width - column >= 32:
-            columns = 32
-            _panel(values, start, rows, depth, packed, begin, 32, place + column, width, MIDDLE, 2)
+        if width - column >= 4 * lanes:
+            columns = 4 * lanes
+            _panel(
+                values, start, rows, depth, packed, begin, columns, place + column, width, WIDE, 4
+            )
+        elif width - column >= 2 * lanes:
+            columns = 2 * lanes
+            _panel(
+                values, start, rows, depth, packed, begin, columns, place + column, width, MIDDLE, 2
+            )  # fmt: skip
         else:
-            columns = 16
-            _panel(values, start, rows, depth, packed, begin, 16, place + column, width, NARROW, 1)
+            columns = lanes
+            _panel(
+                values, start, rows, depth, packed, begin, columns, place + column, width, NARROW, 1
+            )  # fmt: skip
         column += columns
         begin += (depth + 1) * columns
