@@ -9,16 +9,15 @@ where errors are worded.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baselines.bound_kernel import BoundKernel, is_plain
 from baselines.checks import UNIT_TOLERANCE
-from baselines.lm_kernel import LmOptions
 from baselines.protocol import Budget, Solution, Solver
 from baselines.refine import REASONS
 from robots import Robot
@@ -117,19 +116,28 @@ def turn_nearest(initial, joints, answer):  # type: ignore[no-untyped-def]
             answer[k] += FULL_TURN * np.round((initial[0, k] - answer[k]) / FULL_TURN)
 
 
+class QueryOptions(Protocol):
+    """What changes from query to query, a named tuple."""
+
+    @property
+    def time_ns(self) -> int:
+        """Limit of time, 0 for none."""
+        ...
+
+
 class CompiledQuery(BoundKernel):
     """A compiled function with all its arguments bound but those of one query.
 
     Args:
-        function: Takes (pose (7,), initial (0 or 1, dof), answer (dof,), `LmOptions`, None or
-            True where these limit the time, *bound) and returns (status, iterations, starts, ns);
-            a status of `REFUSED` has changed nothing.
-        options: Of the types that it is compiled for.
+        function: Takes (pose (7,), initial (0 or 1, dof), answer (dof,), options, None or True
+            where these limit the time, *bound) and returns (status, iterations, starts, ns); a
+            status of `REFUSED` has changed nothing.
+        options: `LmOptions` or others, of the types that it is compiled for.
         dof: Joints.
         bound: The other arguments.
     """
 
-    def __init__(self, function: Any, options: LmOptions, dof: int, *bound: Any) -> None:
+    def __init__(self, function: Any, options: QueryOptions, dof: int, *bound: Any) -> None:
         query = np.empty(7), np.empty((0, dof)), np.empty(dof), options
         super().__init__(function, query, (True if options.time_ns > 0 else None, *bound))
 
@@ -138,17 +146,21 @@ class CompiledQuerySolver(Solver):
     """A solver whose `solve_one` is one call of a compiled function, and batches of few rows a few.
 
     Answers are those of its other batches, bit for bit.
+
+    Attributes:
+        reasons: What a status other than 0 means.
     """
 
-    _bound: tuple[Budget | None, LmOptions] | None = None
-    _given: tuple[Budget, LmOptions] | None = None
+    reasons: ClassVar[Mapping[int, str]] = REASONS
+    _bound: tuple[Budget | None, QueryOptions] | None = None
+    _given: tuple[Budget, QueryOptions] | None = None
 
     @abstractmethod
-    def options(self, budget: Budget | None) -> LmOptions:
+    def options(self, budget: Budget | None) -> QueryOptions:
         """The kernel's options under a budget."""
 
     @abstractmethod
-    def compile_query(self, options: LmOptions) -> CompiledQuery | None:
+    def compile_query(self, options: Any) -> CompiledQuery | None:
         """Return the compiled query; None where this solver, as it is set, has none."""
 
     def solve_one(self, pose: ArrayLike, initial: ArrayLike | None = None) -> tuple[Array, bool]:
@@ -176,10 +188,10 @@ class CompiledQuerySolver(Solver):
             if outcome is None:
                 return None
             outcomes.append(outcome)
-        return solution_of(answers, outcomes)
+        return solution_of(answers, outcomes, self.reasons)
 
     def _answer(
-        self, pose: ArrayLike, initial: ArrayLike | None, answer: Array, options: LmOptions
+        self, pose: ArrayLike, initial: ArrayLike | None, answer: Array, options: QueryOptions
     ) -> tuple[int, int, int, int] | None:
         """Solve one pose; None where the array API has to."""
         timed = options.time_ns > 0
@@ -202,14 +214,14 @@ class CompiledQuerySolver(Solver):
         """The query without a limit of time and with one, each as soon as it is needed."""
         return {}
 
-    def _options_now(self) -> LmOptions:
+    def _options_now(self) -> QueryOptions:
         """The kernel's options under the solver's own budget, made anew when that is replaced."""
         bound = self._bound
         if bound is None or bound[0] is not self.budget:
             bound = self._bound = (self.budget, self.options(None))
         return bound[1]
 
-    def _options_of(self, budget: Budget) -> LmOptions:
+    def _options_of(self, budget: Budget) -> QueryOptions:
         """The kernel's options under a budget; those of the last one are kept."""
         given = self._given
         if given is None or given[0] is not budget:
@@ -217,14 +229,18 @@ class CompiledQuerySolver(Solver):
         return given[1]
 
 
-def solution_of(answers: Array, outcomes: Sequence[tuple[int, int, int, int]]) -> Solution:
+def solution_of(
+    answers: Array,
+    outcomes: Sequence[tuple[int, int, int, int]],
+    reasons: Mapping[int, str] = REASONS,
+) -> Solution:
     """Return answers (N, dof) with the status, iterations, starts and time [ns] of each."""
     return Solution(
         answers,
         np.array([outcome[0] == 0 for outcome in outcomes]),
         np.array([outcome[3] * 1e-9 for outcome in outcomes]),
         np.array([outcome[1] for outcome in outcomes]),
-        tuple([REASONS[outcome[0]] for outcome in outcomes]),
+        tuple([reasons[outcome[0]] for outcome in outcomes]),
     )
 
 

@@ -9,7 +9,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from baselines import SettingError
+from baselines import Budget, SettingError
+from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
 from pipeline.learning.cycleik import METHOD
 from pipeline.learning.cycleik.compiled.answers import (
     CompiledExperts,
@@ -17,9 +18,15 @@ from pipeline.learning.cycleik.compiled.answers import (
     answer_rows,
     compiled_experts,
 )
-from pipeline.learning.cycleik.compiled.query import refined_query
+from pipeline.learning.cycleik.compiled.query import (
+    NOT_PRECISE,
+    NetworkOptions,
+    network_query,
+    refined_query,
+)
 from pipeline.learning.cycleik.compiled.ranking import merge_ranked
 from pipeline.learning.cycleik.experts import Experts
+from pipeline.learning.solver import NOT_PRECISE as OUTSIDE
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
 from robots.arguments import as_int, compiled_floats
@@ -32,7 +39,7 @@ AUTO, FLOAT32, FLOAT64 = PRECISIONS = "auto", "float32", "float64"
 _TO_MM_AND_DEG = np.array([1e3, 180 / np.pi])
 
 
-class CycleIk(NeuralSolver):
+class CycleIk(NeuralSolver, CompiledQuerySolver):
     """CycleIK: deterministic, the best hypothesis of one forward pass.
 
     Args:
@@ -51,6 +58,7 @@ class CycleIk(NeuralSolver):
 
     kinds: ClassVar[tuple[str, ...]] = METHOD.kinds
     default_model: ClassVar[str] = METHOD.model
+    reasons: ClassVar[Mapping[int, str]] = {0: "", NOT_PRECISE: OUTSIDE}
     # A descent needs no more of its seeds.
     as_proposer: ClassVar[Mapping[str, Any]] = {"precision": "float32"}
 
@@ -75,6 +83,21 @@ class CycleIk(NeuralSolver):
         if self.compiled is None:
             return super().hypotheses(poses)
         return self._compiled_hypotheses(poses, self.compiled)
+
+    def options(self, budget: Budget | None) -> NetworkOptions:
+        """See `CompiledQuerySolver`: tolerances as they are now; there is no budget."""
+        return NetworkOptions(float(self.position_tolerance_mm), float(self.rotation_tolerance_deg))
+
+    def compile_query(self, options: NetworkOptions) -> CompiledQuery | None:
+        """See `CompiledQuerySolver`."""
+        if self.compiled is None or self.cells > 1:
+            return None
+        robot = self.robot
+        bound = joint_range(robot), self.network.heads, robot.chain, self.compiled
+        return CompiledQuery(network_query, options, robot.dof, *bound)
+
+    def _options_now(self) -> NetworkOptions:
+        return self.options(None)
 
     def refined_query(self, tried: int) -> tuple[Any, tuple[Any, ...]] | None:
         """See `NeuralSolver`."""

@@ -220,6 +220,35 @@ def test_a_compact_network_computes_in_float64_unless_told(
     assert np.sort(away)[-2] < near
 
 
+@pytest.mark.parametrize("name", ["fetch", "nicol"])  # endless joints; a box
+@pytest.mark.parametrize("guessed", [False, True])
+def test_a_query_answers_as_a_batch_does_bit_by_bit(name: str, guessed: bool) -> None:
+    robot = load_robot(name)
+    poses = robot.forward_kinematics(robot.sample(200, seed=8, collision_free=False))
+    guesses = 2 * robot.sample(200, seed=9) if guessed else None
+    solver = load_solver("cycleik", robot)
+    whole = solver.solve(poses, initial=guesses)
+    assert 0 < whole.found.sum() < len(poses)
+    for row in range(len(poses)):
+        guess = None if guesses is None else guesses[row]
+        joints, found = solver.solve_one(poses[row], guess)
+        few = solver.solve(poses[row : row + 1], initial=None if guess is None else guess[None])
+        assert np.array_equal(joints, whole.joints[row])
+        assert np.array_equal(few.joints[0], whole.joints[row])
+        assert found == few.found[0] == whole.found[row]
+        assert few.reason[0] == whole.reason[row]
+
+
+def test_a_query_heeds_tolerances_that_change() -> None:
+    robot = load_robot("panda")
+    solver = load_solver("cycleik", robot)
+    assert isinstance(solver, CycleIk)
+    pose = robot.forward_kinematics(robot.home)[0]
+    assert solver.solve_one(pose)[1]
+    solver.position_tolerance_mm = 1e-9
+    assert not solver.solve_one(pose)[1]
+
+
 def test_seeds_of_a_descent_are_computed_in_float32() -> None:
     solver = load_solver("cycleik_refined", load_robot("panda"))
     assert isinstance(solver, RefinedSolver)

@@ -1,6 +1,8 @@
-"""One query of CycleIK and its refinement, see `baselines.compiled_query`."""
+"""One query of CycleIK, as it answers and refined, see `baselines.compiled_query`."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +14,60 @@ from pipeline.learning.cycleik.compiled.answers import answer as write_answers
 from pipeline.learning.cycleik.compiled.answers import make_work
 from robots.compiled import njit
 from robots.rows import copy_row
+
+NOT_PRECISE = 1  # status of a query whose best hypothesis is outside the tolerances
+MM, DEG = 1e3, 180 / np.pi
+
+
+class NetworkOptions(NamedTuple):
+    """What a query of the network alone heeds.
+
+    Attributes:
+        position_mm: Largest position error that is found.
+        rotation_deg: Largest rotation error.
+        time_ns: No limit of time: it is one pass.
+    """
+
+    position_mm: float
+    rotation_deg: float
+    time_ns: int = 0
+
+
+@njit()
+def network_query(  # type: ignore[no-untyped-def]
+    pose, initial, answer, options, timed, joints, heads, chain, experts
+):
+    """Answer one pose with the best hypothesis; an initial guess turns endless joints, no more.
+
+    Args:
+        pose: (7,) target in the base frame, x y z [m], qw qx qy qz.
+        initial: (1, dof) guess, or (0, dof) for none [rad or m].
+        answer: (dof,) receives the joints [rad or m].
+        options: `NetworkOptions`.
+        timed: None.
+        joints: `JointRange`.
+        heads: Hypotheses of the network.
+        chain: The robot's `Chain`.
+        experts: `CompiledExperts`.
+
+    Returns:
+        Status, iterations, starts and time [ns], or (`REFUSED`, 0, 0, 0).
+    """
+    dof = answer.shape[0]
+    targets, hypotheses = np.empty((1, 7)), np.empty((1, heads, dof))
+    if not (take_pose(pose, targets[0]) and take_initial(initial, joints, hypotheses[0])):
+        return REFUSED, 0, 0, 0
+    timespec = np.empty(2, dtype=np.int64)
+    began = now_ns(timespec)
+    weights, errors = np.empty(2), np.empty((1, heads, 2))
+    weights[0], weights[1] = 1 / options.position_mm * MM, 1 / options.rotation_deg * DEG
+    work = make_work(experts, 1, heads)
+    write_answers(chain, experts, targets, weights, 0, hypotheses, errors, work)
+    copy_row(hypotheses[0, 0], answer)
+    good = errors[0, 0, 0] * MM <= options.position_mm
+    good = good and errors[0, 0, 1] * DEG <= options.rotation_deg
+    turn_nearest(initial, joints, answer)
+    return 0 if good else NOT_PRECISE, 1, 1, now_ns(timespec) - began
 
 
 @njit()
