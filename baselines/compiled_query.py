@@ -11,7 +11,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -125,6 +125,9 @@ class QueryOptions(Protocol):
         ...
 
 
+Options = TypeVar("Options", bound=QueryOptions)
+
+
 class CompiledQuery(BoundKernel):
     """A compiled function with all its arguments bound but those of one query.
 
@@ -142,7 +145,7 @@ class CompiledQuery(BoundKernel):
         super().__init__(function, query, (True if options.time_ns > 0 else None, *bound))
 
 
-class CompiledQuerySolver(Solver):
+class CompiledQuerySolver(Solver, Generic[Options]):
     """A solver whose `solve_one` is one call of a compiled function, and batches of few rows a few.
 
     Answers are those of its other batches, bit for bit.
@@ -152,15 +155,15 @@ class CompiledQuerySolver(Solver):
     """
 
     reasons: ClassVar[Mapping[int, str]] = REASONS
-    _bound: tuple[Budget | None, QueryOptions] | None = None
-    _given: tuple[Budget, QueryOptions] | None = None
+    _bound: tuple[Budget | None, Options] | None = None
+    _given: tuple[Budget, Options] | None = None
 
     @abstractmethod
-    def options(self, budget: Budget | None) -> QueryOptions:
+    def options(self, budget: Budget | None) -> Options:
         """The kernel's options under a budget."""
 
     @abstractmethod
-    def compile_query(self, options: Any) -> CompiledQuery | None:
+    def compile_query(self, options: Options) -> CompiledQuery | None:
         """Return the compiled query; None where this solver, as it is set, has none."""
 
     def solve_one(self, pose: ArrayLike, initial: ArrayLike | None = None) -> tuple[Array, bool]:
@@ -191,7 +194,7 @@ class CompiledQuerySolver(Solver):
         return solution_of(answers, outcomes, self.reasons)
 
     def _answer(
-        self, pose: ArrayLike, initial: ArrayLike | None, answer: Array, options: QueryOptions
+        self, pose: ArrayLike, initial: ArrayLike | None, answer: Array, options: Options
     ) -> tuple[int, int, int, int] | None:
         """Solve one pose; None where the array API has to."""
         timed = options.time_ns > 0
@@ -214,14 +217,14 @@ class CompiledQuerySolver(Solver):
         """The query without a limit of time and with one, each as soon as it is needed."""
         return {}
 
-    def _options_now(self) -> QueryOptions:
+    def _options_now(self) -> Options:
         """The kernel's options under the solver's own budget, made anew when that is replaced."""
         bound = self._bound
         if bound is None or bound[0] is not self.budget:
             bound = self._bound = (self.budget, self.options(None))
         return bound[1]
 
-    def _options_of(self, budget: Budget) -> QueryOptions:
+    def _options_of(self, budget: Budget) -> Options:
         """The kernel's options under a budget; those of the last one are kept."""
         given = self._given
         if given is None or given[0] is not budget:

@@ -28,7 +28,7 @@ PATH_SEED = 0
 POSE_NUMBERS = 6  # joints that a pose takes; only what is beyond them is free to move
 
 
-class FollowingSolver(CompiledQuerySolver):
+class FollowingSolver(CompiledQuerySolver[LmOptions]):
     """A solver that follows motions with the joints that it has to spare.
 
     A pose that a few steps from the last answer do not reach is answered as any other with that

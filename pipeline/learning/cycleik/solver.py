@@ -39,7 +39,7 @@ AUTO, FLOAT32, FLOAT64 = PRECISIONS = "auto", "float32", "float64"
 _TO_MM_AND_DEG = np.array([1e3, 180 / np.pi])
 
 
-class CycleIk(NeuralSolver, CompiledQuerySolver):
+class CycleIk(NeuralSolver, CompiledQuerySolver[NetworkOptions]):
     """CycleIK: deterministic, the best hypothesis of one forward pass.
 
     Args:
