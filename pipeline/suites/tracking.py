@@ -75,14 +75,24 @@ def _path(
 ) -> _Path:
     """Draw paths until one keeps limits and is free of collision at its finest waypoints.
 
+    Where none does, ends are drawn within the limits. Of a robot whose fast joints have narrow
+    ranges hardly any path is left otherwise.
+
     Raises:
         NoProblemsError: None does.
     """
     span = config.duration_s * _speed(robot, config) / PEAK
     places = np.linspace(-1.0, 1.0, LOOKED_AT)
-    for _ in range(PATIENCE):
+    lower = np.where(robot.endless, -np.inf, robot.lower)
+    upper = np.where(robot.endless, np.inf, robot.upper)
+    for attempt in range(2 * PATIENCE):
         middle = uniform_joints(robot, rng) if singular is None else singular(rng)
-        ends = middle[:, None] + span * rng.uniform(-1.0, 1.0, (len(middle), 2, robot.dof))
+        part = rng.uniform(-1.0, 1.0, (len(middle), 2, robot.dof))
+        ends = middle[:, None] + span * part
+        if attempt >= PATIENCE:
+            least = np.maximum(middle - span, lower)[:, None]
+            most = np.minimum(middle + span, upper)[:, None]
+            ends = least + (most - least) * (1.0 + part) / 2.0
         for centre, (first, last) in zip(middle, ends, strict=True):
             curve = np.stack([centre, (last - first) / 2.0, (first + last) / 2.0 - centre])
             path = _Path(curve, _duration(robot, config, curve))

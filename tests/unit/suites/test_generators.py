@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -206,6 +207,18 @@ def test_a_trajectory_can_be_followed_within_the_speed_of_every_joint(robot: str
     )
     sample = smallest_singular_value(made, made.sample(5000, seed=79), scale(made)[1])
     assert np.mean(sample <= middle.min()) < 0.03
+
+
+def test_fast_joints_with_narrow_ranges_are_followed_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = (FIXTURES / "two_link.urdf").read_text(encoding="utf-8")
+    path = tmp_path / "fast.urdf"
+    path.write_text(re.sub(r'velocity="[^"]*"', 'velocity="900"', text), encoding="utf-8")
+    monkeypatch.setattr("pipeline.suites.tracking.PATIENCE", 1)
+    problems = generate(load_robot(urdf=path), config_of("tracking"), 0).problems
+    assert load_robot(urdf=path).within_limits(problems.joints).all()
+    assert len(set(problems.further["trajectory"])) == 2
 
 
 def test_a_file_holds_the_suite_and_no_other(tmp_path: Path) -> None:
