@@ -56,6 +56,7 @@ class RobotConfig:
 
     name: str = MISSING
     workspace_filter: bool = MISSING
+    rotation_weight: float = 3.0
     table_one: TableOne = field(default_factory=TableOne)
 
 
