@@ -20,6 +20,7 @@ HELD_OUT = 10_000  # validation poses of a curve
 STABILITY_DRAWS, STABILITY_STEPS = 8, 1500
 RATIOS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # position weight per rotation weight
 LOSSES, LOSS_ROBOTS, LOSS_SEEDS = ("smooth", "former"), ("nico", "panda"), (0, 1, 2)
+CLIP = 10.0  # largest norm of the gradient where it is clipped
 DRAWS = 40
 GROUPS = ("table", "published", "nico", "stability", "search", "losses", "seeds")
 
@@ -94,9 +95,9 @@ class Plan:
             train = self.data.configs[name].train
             recipes = {
                 "published": _as_published(train),
-                "warm_up": replace(train, gradient_clip=None),
-                "clipped": replace(train, warm_up_steps=0),
-                "stable": train,
+                "warm_up": train,
+                "clipped": replace(train, warm_up_steps=0, gradient_clip=CLIP),
+                "both": replace(train, gradient_clip=CLIP),
             }
             steps = 20 if self.data.toy else STABILITY_STEPS
             for recipe in self.options.recipes:
