@@ -144,6 +144,8 @@ class Abilities:
             BudgetError: As `Solver.solve`.
         """
         self._need(FOLLOW)
+        if (answer := self._follow_at_once(poses, last, budget)) is not None:
+            return answer
         count = len(check_poses(poses))
         self._guesses(last, count)
         # As they came: the kernel makes quaternions unit by itself, and twice is not the same bits.
@@ -217,6 +219,12 @@ class Abilities:
     ) -> Solution:
         """Solve checked poses (N, 7) under widths (N, 6), from guesses (N, dof) or none."""
         raise NotImplementedError
+
+    def _follow_at_once(
+        self, poses: ArrayLike, last: ArrayLike, budget: Budget | None
+    ) -> Solution | None:
+        """Follow to what needs no check, on a shorter path; None for what takes the way of all."""
+        return None
 
     def _follow(self, poses: Array, last: Array, budget: Budget | None) -> Solution:
         """Solve poses (N, 7) from the answers (N, dof) to those before, both as they came."""

@@ -11,7 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from baselines.abilities import FOLLOW
 from baselines.bound_kernel import BoundKernel, is_plain
-from baselines.compiled_query import POSE_SHAPE, CompiledQuerySolver, joint_range, solution_of
+from baselines.compiled_query import (
+    FEW,
+    POSE_SHAPE,
+    CompiledQuerySolver,
+    joint_range,
+    solution_of,
+)
 from baselines.follow_kernel import follow_query
 from baselines.followed_path import FollowedPath
 from baselines.lm_kernel import FOUND, LmOptions
@@ -51,6 +57,28 @@ class FollowingSolver(CompiledQuerySolver[LmOptions]):
         if self._next(pose, last, answer, self._options_now()) is None:
             return self.solve_one(pose, last)
         return answer, True
+
+    def _follow_at_once(
+        self, poses: ArrayLike, last: ArrayLike, budget: Budget | None
+    ) -> Solution | None:
+        """See `Abilities`: a few rows, each reached by a few steps."""
+        if type(poses) is not np.ndarray or poses.ndim != 2 or not 0 < len(poses) <= FEW:
+            return None
+        if type(last) is not np.ndarray or last.ndim != 2 or len(last) != len(poses):
+            return None
+        if self._follow_query is None:
+            return self._solve_at_once(poses, last, budget)
+        options = self._options_now() if budget is None else self._options_of(budget)
+        answers, outcomes = np.empty((len(poses), self.robot.dof)), []
+        for row, answer in enumerate(answers):
+            pose, guess = poses[row], last[row]
+            if not (is_plain(pose, POSE_SHAPE) and is_plain(guess, answer.shape)):
+                return None
+            outcome = self._next(pose, guess, answer, options)
+            if outcome is None:
+                return self._solve_at_once(poses, last, budget) if len(poses) == 1 else None
+            outcomes.append(outcome)
+        return solution_of(answers, outcomes)
 
     def _follow(self, poses: Array, last: Array, budget: Budget | None) -> Solution:
         options = self.options(None if budget is None else self._validated_budget(budget))

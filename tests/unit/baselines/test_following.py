@@ -151,6 +151,25 @@ def reasons(solution: baselines.Solution) -> tuple[tuple[str, ...], np.ndarray]:
     return solution.reason, solution.found
 
 
+@pytest.mark.parametrize("name", ["panda", "nico"])  # joints to spare, or none
+@pytest.mark.parametrize("budget", [None, Budget(time_s=1.0)])
+def test_a_row_alone_is_followed_to_as_among_many(name: str, budget: Budget | None) -> None:
+    solver = loaded(load_robot(name))
+    last, poses = steps(solver.robot, 40, 0.02)
+    poses[::7] = solver.robot.forward_kinematics(solver.robot.sample(6, seed=5))  # lost
+    poses[3, 3:] *= -1.0
+    many = solver.follow(poses, last, budget)
+    for row in range(len(poses)):
+        alone = solver.follow(poses[row : row + 1], last[row : row + 1], budget)
+        assert np.array_equal(alone.joints[0], many.joints[row])
+        assert alone.found[0] == many.found[row]
+        assert alone.reason[0] == many.reason[row]
+    with pytest.raises(PoseError):
+        solver.follow(poses[:1] * np.nan, last[:1])
+    with pytest.raises(InitialError):
+        solver.follow(poses[:1], last[:1] * np.nan)
+
+
 @pytest.mark.parametrize(("name", "gain"), [("nico", 0.7), ("panda", 0.0)])
 def test_without_joints_to_spare_or_gain_it_is_the_ordinary_answer(name: str, gain: float) -> None:
     robot = load_robot(name)
