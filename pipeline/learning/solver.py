@@ -24,6 +24,7 @@ from robots.threads import forked
 
 NOT_PRECISE = "outside the tolerance"
 ROWS = 16384  # samples of a pass of the network
+_REASON_OF = np.array([NOT_PRECISE, ""], dtype=object)
 
 
 class Hypotheses(NamedTuple):
@@ -149,7 +150,7 @@ class NeuralSolver(Solver):
             found=found,
             time_s=np.full(len(poses), seconds / len(poses)),
             iterations=np.ones(len(poses), dtype=np.int64),
-            reason=tuple("" if good else NOT_PRECISE for good in found),
+            reason=tuple(_REASON_OF[found.astype(np.int64)].tolist()),
         )
 
     def errors(
