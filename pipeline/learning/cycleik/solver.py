@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from baselines import Budget, SettingError
+from baselines import Budget, SettingError, Solution
 from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
+from baselines.lm_kernel import OUT_OF_REACH
+from baselines.refine import REASONS
 from pipeline.learning.cycleik import METHOD
 from pipeline.learning.cycleik.compiled.answers import (
     CompiledExperts,
@@ -20,6 +23,9 @@ from pipeline.learning.cycleik.compiled.answers import (
 )
 from pipeline.learning.cycleik.compiled.query import (
     NOT_PRECISE,
+    NOT_THERE,
+    PROOF_M,
+    PROOF_RAD,
     NetworkOptions,
     network_query,
     refined_query,
@@ -30,6 +36,7 @@ from pipeline.learning.solver import NOT_PRECISE as OUTSIDE
 from pipeline.learning.solver import Hypotheses, NeuralSolver
 from robots import Robot
 from robots.arguments import as_int, compiled_floats
+from robots.pose_bound import pose_bound, proven_rows
 from robots.suggestions import unknown_name
 from robots.threads import forked
 
@@ -58,7 +65,11 @@ class CycleIk(NeuralSolver, CompiledQuerySolver[NetworkOptions]):
 
     kinds: ClassVar[tuple[str, ...]] = METHOD.kinds
     default_model: ClassVar[str] = METHOD.model
-    reasons: ClassVar[Mapping[int, str]] = {0: "", NOT_PRECISE: OUTSIDE}
+    reasons: ClassVar[Mapping[int, str]] = {
+        0: "",
+        NOT_PRECISE: OUTSIDE,
+        NOT_THERE: REASONS[OUT_OF_REACH],
+    }
     # A descent needs no more of its seeds.
     as_proposer: ClassVar[Mapping[str, Any]] = {"precision": "float32"}
 
@@ -93,8 +104,20 @@ class CycleIk(NeuralSolver, CompiledQuerySolver[NetworkOptions]):
         if self.compiled is None or self.cells > 1:
             return None
         robot = self.robot
-        bound = joint_range(robot), self.network.heads, robot.chain, self.compiled
+        network = self.network.heads, robot.chain, self.compiled
+        bound = joint_range(robot), *network, pose_bound(robot)
         return CompiledQuery(network_query, options, robot.dof, *bound)
+
+    def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
+        """See `Solver`: a pose that a bound proves to have no configuration is not found."""
+        solution = super()._solve_batch(poses, initial, budget)
+        proven = np.zeros(len(poses), dtype=bool)
+        proven_rows(pose_bound(self.robot), compiled_floats(poses), PROOF_M, PROOF_RAD, proven)
+        if not proven.any():
+            return solution
+        reason = np.array(solution.reason, dtype=object)
+        reason[proven] = self.reasons[NOT_THERE]
+        return replace(solution, found=solution.found & ~proven, reason=tuple(reason.tolist()))
 
     def _options_now(self) -> NetworkOptions:
         return self.options(None)

@@ -239,6 +239,21 @@ def test_a_query_answers_as_a_batch_does_bit_by_bit(name: str, guessed: bool) ->
         assert few.reason[0] == whole.reason[row]
 
 
+@pytest.mark.parametrize("name", available_robots())
+def test_what_is_proven_out_of_reach_is_not_claimed(name: str) -> None:
+    robot = load_robot(name)
+    solver = load_solver("cycleik", robot, position_tolerance_mm=1e6, rotation_tolerance_deg=180)
+    poses = robot.forward_kinematics(robot.sample(20, seed=8, collision_free=False))
+    assert solver.solve(poses).found.all()
+    poses[::2, :3] += [5.0, 0.0, 0.0]
+    whole = solver.solve(poses)
+    np.testing.assert_array_equal(whole.found, np.arange(20) % 2 == 1)
+    assert set(whole.reason[::2]) == {"proven out of reach"}
+    for row, pose in enumerate(poses):
+        assert solver.solve_one(pose)[1] == whole.found[row]
+        assert solver.solve(pose[None]).reason[0] == whole.reason[row]
+
+
 def test_a_query_heeds_tolerances_that_change() -> None:
     robot = load_robot("panda")
     solver = load_solver("cycleik", robot)

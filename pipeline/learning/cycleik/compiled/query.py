@@ -13,9 +13,13 @@ from baselines.lm_query import refine_query
 from pipeline.learning.cycleik.compiled.answers import answer as write_answers
 from pipeline.learning.cycleik.compiled.answers import make_work
 from robots.compiled import njit
+from robots.pose_bound import proves_no
 from robots.rows import copy_row
 
-NOT_PRECISE = 1  # status of a query whose best hypothesis is outside the tolerances
+# Statuses of a query whose best hypothesis is outside the tolerances, and of one for a pose that a
+# bound proves to have no configuration, however near the hypothesis comes.
+NOT_PRECISE, NOT_THERE = 1, 2
+PROOF_M, PROOF_RAD = 1e-4, 1e-4  # a pose that is no further beyond a bound may be reached
 MM, DEG = 1e3, 180 / np.pi
 
 
@@ -35,7 +39,7 @@ class NetworkOptions(NamedTuple):
 
 @njit()
 def network_query(  # type: ignore[no-untyped-def]
-    pose, initial, answer, options, timed, joints, heads, chain, experts
+    pose, initial, answer, options, timed, joints, heads, chain, experts, bound
 ):
     """Answer one pose with the best hypothesis; an initial guess turns endless joints, no more.
 
@@ -49,6 +53,7 @@ def network_query(  # type: ignore[no-untyped-def]
         heads: Hypotheses of the network.
         chain: The robot's `Chain`.
         experts: `CompiledExperts`.
+        bound: `PoseBound`.
 
     Returns:
         Status, iterations, starts and time [ns], or (`REFUSED`, 0, 0, 0).
@@ -67,7 +72,10 @@ def network_query(  # type: ignore[no-untyped-def]
     good = errors[0, 0, 0] * MM <= options.position_mm
     good = good and errors[0, 0, 1] * DEG <= options.rotation_deg
     turn_nearest(initial, joints, answer)
-    return 0 if good else NOT_PRECISE, 1, 1, now_ns(timespec) - began
+    status = 0 if good else NOT_PRECISE
+    if proves_no(bound, targets[0], PROOF_M, PROOF_RAD):
+        status = NOT_THERE
+    return status, 1, 1, now_ns(timespec) - began
 
 
 @njit()
