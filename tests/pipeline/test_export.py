@@ -93,7 +93,7 @@ def test_a_file_that_answers_otherwise_is_not_put_in_place(
     wrong = type(target)(target.suffix, target.write, target.unreadable, shifted)  # type: ignore[arg-type]
     monkeypatch.setitem(TARGETS, to, wrong)
     assert main(["export", "robot=nico", f"weights={weights}", *arguments.split()]) == 2
-    assert f"{off} from the network in float64" in capsys.readouterr().err
+    assert f"{off} from the network evaluated in float64" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["weights"]
 
 
