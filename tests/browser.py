@@ -61,9 +61,12 @@ class Browser:
         return str(self.evaluate("document.body.innerText"))
 
     def wait_for(self, *texts: str) -> str:
-        """Wait until texts are on the page; all of its text."""
+        """Wait until texts are on the page, and all of it is there; all of its text."""
         begin = time.monotonic()
-        while not all(text in (shown := self.text()) for text in texts):
+        while not (
+            all(text in (shown := self.text()) for text in texts)
+            and self.evaluate("document.readyState") == "complete"
+        ):
             assert time.monotonic() - begin < PATIENCE_S, f"{texts} not in: {shown}"
             time.sleep(0.3)
         return shown
