@@ -55,7 +55,8 @@ def printed(*program: str, **environment: str) -> int:
 @pytest.mark.skipif(not keep_freed_memory(), reason="the C library is not glibc")
 def test_freed_tensors_are_used_again() -> None:
     pages = 5 * 12 * 1500 * 1500 * 4 // resource.getpagesize()
-    assert faults("kept") < 0.05 * pages < 0.5 * pages < faults("as ever")
+    # Three of the sixty tensors may still meet new pages, where the heap has holes (glibc 2.41).
+    assert faults("kept") < 0.1 * pages < 0.5 * pages < faults("as ever")
 
 
 @pytest.mark.skipif(
