@@ -22,6 +22,8 @@ from pipeline.learning.cycleik.compiled.answers import (
     compiled_experts,
 )
 from pipeline.learning.cycleik.compiled.query import (
+    DEG,
+    MM,
     NOT_PRECISE,
     NOT_THERE,
     PROOF_M,
@@ -43,7 +45,7 @@ from robots.threads import forked
 Array = NDArray[np.float64]
 
 AUTO, FLOAT32, FLOAT64 = PRECISIONS = "auto", "float32", "float64"
-_TO_MM_AND_DEG = np.array([1e3, 180 / np.pi])
+_TO_MM_AND_DEG = np.array([MM, DEG])
 
 
 class CycleIk(NeuralSolver, CompiledQuerySolver[NetworkOptions]):
