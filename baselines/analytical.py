@@ -15,8 +15,8 @@ from baselines.abilities import MANY
 from baselines.bound_kernel import BoundKernel, is_plain
 from baselines.candidates import prepare_query, take_candidate
 from baselines.checks import positive_settings
-from baselines.compiled_query import JointRange
 from baselines.distinct import distinct, nearest_first
+from baselines.joint_range import JointRange
 from baselines.protocol import NO_SOLUTION, Answer, Clock, QuerySolver
 from robots.arguments import compiled_floats
 

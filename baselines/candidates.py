@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from baselines.compiled_query import take_initial, take_pose
+from baselines.joint_range import take_initial
 from baselines.linearise import new_linearisation, set_target
+from baselines.taken_poses import take_pose
 from robots.compiled import njit
 from robots.kinematics import tip_frame
 

@@ -14,6 +14,8 @@ from robots.limits import FARTHEST, nearest_turns
 
 # Poses often pass through float32; a quaternion is further off only if something is wrong.
 UNIT_TOLERANCE = 1e-3
+# Poses from which on it is a compiled function that looks at each.
+MANY = 64
 # More threads than any machine has are a slip.
 MOST_THREADS = 4096
 
@@ -33,9 +35,16 @@ def check_poses(poses: ArrayLike) -> NDArray[np.float64]:
         PoseError: No real numbers, wrong shape, a value that is not finite, or a quaternion that
             is not unit.
     """
-    array = as_floats(poses, "poses", PoseError).copy()
-    if array.size == 0:
+    given = as_floats(poses, "poses", PoseError)
+    if given.size == 0:
         return np.empty((0, 7))
+    if given.ndim == 2 and given.shape[1] == 7 and len(given) >= MANY:
+        from baselines.taken_poses import take_poses  # which is compiled when it is first called
+
+        targets = np.empty_like(given)
+        if take_poses(given, targets):
+            return targets
+    array = given.copy()
     if array.ndim != 2 or array.shape[1] != 7:
         raise PoseError(
             f"expected poses of shape (N, 7), x y z qw qx qy qz, got {array.shape}"

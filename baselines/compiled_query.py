@@ -11,109 +11,20 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from baselines.bound_kernel import BoundKernel, is_plain
-from baselines.checks import UNIT_TOLERANCE
 from baselines.protocol import Budget, Solution, Solver
 from baselines.refine import REASONS
-from robots import Robot
-from robots.compiled import njit
-from robots.limits import FARTHEST, FULL_TURN
 
 Array = NDArray[np.float64]
 
 REFUSED = -1  # status of a query whose numbers the array API has to look at
 FEW = 4  # poses for which queries in a row take less than the arrays of a batch
 POSE_SHAPE = (7,)
-
-
-class JointRange(NamedTuple):
-    """Where initial guesses and answers lie.
-
-    Attributes:
-        lower: (dof,) limits [rad or m].
-        upper: (dof,) limits [rad or m].
-        endless: (dof,) which joints turn for ever.
-    """
-
-    lower: Array
-    upper: Array
-    endless: NDArray[np.bool_]
-
-
-@njit()
-def take_pose(pose, target):  # type: ignore[no-untyped-def]
-    """Copy a pose with its quaternion made exactly unit, as `checks.check_poses` does.
-
-    Args:
-        pose: (7,) x y z [m], qw qx qy qz.
-        target: (7,) receives it.
-
-    Returns:
-        Whether that function would take it and leave its position as it is.
-    """
-    for i in range(3):
-        if not abs(pose[i]) <= FARTHEST:
-            return False
-    square = 0.0
-    for i in range(3, 7):
-        square += pose[i] * pose[i]
-    norm = np.sqrt(square)
-    if not abs(norm - 1.0) <= UNIT_TOLERANCE:
-        return False
-    for i in range(7):
-        target[i] = pose[i] if i < 3 else pose[i] / norm
-    return True
-
-
-@njit()
-def take_initial(initial, joints, seeds):  # type: ignore[no-untyped-def]
-    """Copy an initial guess, moved into the limits as `checks.check_initial` does.
-
-    Args:
-        initial: (1, dof) guess, or (0, dof) for none [rad or m].
-        joints: `JointRange`.
-        seeds: (K, dof), of which the first row receives it; K > 0.
-
-    Returns:
-        Whether that function would take it.
-    """
-    if initial.shape[0] == 0:
-        return True
-    for k in range(initial.shape[1]):
-        value, lower, upper = initial[0, k], joints.lower[k], joints.upper[k]
-        if not abs(value) < np.inf:
-            return False
-        if joints.endless[k]:
-            near = value if abs(value) <= FARTHEST else 0.0
-            value = near + FULL_TURN * np.round(((lower + upper) / 2 - near) / FULL_TURN)
-        seeds[0, k] = min(max(value, lower), upper)
-    return True
-
-
-@njit()
-def turn_nearest(initial, joints, answer):  # type: ignore[no-untyped-def]
-    """Turn endless joints as `Robot.nearest_turns` does, first into the limits.
-
-    Then on to where they are nearest to the initial guess, if there is one.
-
-    Args:
-        initial: (1, dof) guess, or (0, dof) for none [rad or m].
-        joints: `JointRange`.
-        answer: (dof,) joints [rad or m], changed in place.
-    """
-    for k in range(answer.shape[0]):
-        if not joints.endless[k]:
-            continue
-        middle = (joints.lower[k] + joints.upper[k]) / 2
-        turned = answer[k] + FULL_TURN * np.round((middle - answer[k]) / FULL_TURN)
-        answer[k] = min(max(turned, joints.lower[k]), joints.upper[k])
-        if initial.shape[0] == 1 and abs(initial[0, k]) <= FARTHEST:
-            answer[k] += FULL_TURN * np.round((initial[0, k] - answer[k]) / FULL_TURN)
 
 
 class QueryOptions(Protocol):
@@ -245,8 +156,3 @@ def solution_of(
         np.array([outcome[1] for outcome in outcomes]),
         tuple([reasons[outcome[0]] for outcome in outcomes]),
     )
-
-
-def joint_range(robot: Robot) -> JointRange:
-    """The limits of a robot as compiled code takes them."""
-    return JointRange(robot.lower, robot.upper, robot.endless)

@@ -22,9 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines.clock import now_ns
-from baselines.compiled_query import REFUSED, take_initial, take_pose, turn_nearest
+from baselines.compiled_query import REFUSED
 from baselines.damped_solve import damped_solve
 from baselines.damped_step import damped_step, project_gradient, step_inside
+from baselines.joint_range import take_initial, turn_nearest
 from baselines.linearise import (
     Linearisation,
     find_error,
@@ -34,6 +35,7 @@ from baselines.linearise import (
 )
 from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS
 from baselines.lm_query import drawn_in
+from baselines.taken_poses import take_pose
 from robots.compiled import njit
 from robots.rows import copy_row
 

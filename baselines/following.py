@@ -11,15 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from baselines.abilities import FOLLOW
 from baselines.bound_kernel import BoundKernel, is_plain
-from baselines.compiled_query import (
-    FEW,
-    POSE_SHAPE,
-    CompiledQuerySolver,
-    joint_range,
-    solution_of,
-)
+from baselines.compiled_query import FEW, POSE_SHAPE, CompiledQuerySolver, solution_of
 from baselines.follow_kernel import follow_query
 from baselines.followed_path import FollowedPath
+from baselines.joint_range import joint_range
 from baselines.lm_kernel import FOUND, LmOptions
 from baselines.path_kernel import follow_path
 from baselines.protocol import Budget, Solution

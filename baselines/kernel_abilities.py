@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from dataclasses import replace
 from itertools import chain, islice
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from baselines.abilities import EXPLAIN, MANY, PARTIAL, Abilities
 from baselines.distinct import distinct, nearest_first
@@ -72,7 +73,12 @@ class KernelAbilities(Abilities):
     ) -> Solution:
         seeds = self.first_seeds(poses, initial)
         bound = self.options(budget), self.seed_memory()
-        return refine_freely(self.robot.chain, poses, seeds, widths, *bound).solution()
+        refined = refine_freely(self.robot.chain, poses, seeds, widths, *bound)
+        return replace(refined, joints=self.robot.nearest_turns(refined.joints)).solution()
+
+    def _nearest_turns(self, solution: Solution, initial: ArrayLike | None) -> Solution:
+        """See `Abilities`: without an initial guess the answers are as near as they can be."""
+        return solution if initial is None else super()._nearest_turns(solution, initial)
 
     def _explain(self, pose: Array) -> Explanation:
         seeds = self.first_seeds(pose[None], None)

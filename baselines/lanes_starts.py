@@ -28,6 +28,7 @@ from baselines.lanes_work import (
     ITERATIONS,
     LEAST,
     LIMIT,
+    MOST,
     NEXT,
     POSE_LEAST,
     REFERENCE,
@@ -37,7 +38,13 @@ from baselines.lanes_work import (
     Target,
 )
 from baselines.linearise import set_target
-from baselines.lm_kernel import FOUND, OUT_OF_ITERATIONS, OUT_OF_STARTS, choose_start
+from baselines.lm_kernel import (
+    FOUND,
+    OUT_OF_ITERATIONS,
+    OUT_OF_REACH,
+    OUT_OF_STARTS,
+    choose_start,
+)
 from robots.compiled import njit
 
 GOES_ON, STALLED = -1, OUT_OF_STARTS  # how a descent ended, beside FOUND and OUT_OF_ITERATIONS
@@ -72,7 +79,7 @@ def begin(chain, batch, library, options, w, lane):  # type: ignore[no-untyped-d
     state = w.state
     home = lane
     if state[ROW, lane] < 0.0:
-        home = _open(batch, options.starts, state, lane)
+        home = _open(batch, options, state, lane)
     elif state[NEXT, lane] >= state[CAP, lane]:
         home = -1
     if home < 0:
@@ -97,11 +104,18 @@ def begin(chain, batch, library, options, w, lane):  # type: ignore[no-untyped-d
 
 
 @njit(_nrt=False)
-def _open(batch, starts, state, lane):  # type: ignore[no-untyped-def]
-    """Take a pose from the queue; return the lane as its home, or -1 where there is none."""
+def _open(batch, options, state, lane):  # type: ignore[no-untyped-def]
+    """Take a pose from the queue; return the lane as its home, or -1 where there is none.
+
+    Of a pose that is proven out of reach only the nearest answer is looked for, from few starts.
+    """
     row = _take(batch.next)
     if row >= batch.poses.shape[0]:
         return -1
+    starts = options.starts
+    if batch.proven[row]:
+        starts = min(starts, options.nearest_starts)
+    state[MOST, lane] = starts
     state[ROW, lane], state[NEXT, lane], state[CAP, lane] = row, 0.0, starts
     state[GIVEN_UP, lane], state[USED, lane], state[POSE_LEAST, lane] = 0.0, 0.0, np.inf
     return lane
@@ -174,7 +188,7 @@ def settle(batch, options, w, lane, ended):  # type: ignore[no-untyped-def]
             for k in range(w.best.shape[0]):
                 w.pose_best[k, home] = w.best[k, lane]
         if ended == STALLED:
-            last = state[GIVEN_UP, home] + 1.0 >= options.starts
+            last = state[GIVEN_UP, home] + 1.0 >= state[MOST, home]
             ended = OUT_OF_ITERATIONS if used == left else (OUT_OF_STARTS if last else GOES_ON)
         if ended != GOES_ON:
             _finish(batch, w, home, ended)
@@ -221,7 +235,7 @@ def _close(state, home):  # type: ignore[no-untyped-def]
 def _finish(batch, w, home, status):  # type: ignore[no-untyped-def]
     """Write down how a pose ended."""
     row = int(w.state[ROW, home])
-    batch.status[row] = status
+    batch.status[row] = OUT_OF_REACH if batch.proven[row] and status != FOUND else status
     batch.starts[row] = int(w.state[GIVEN_UP, home]) + 1
     batch.iterations[row] = int(w.state[USED, home])
     for k in range(w.pose_best.shape[0]):

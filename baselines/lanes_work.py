@@ -18,9 +18,9 @@ LEAST, SINCE, REFERENCE, ITERATIONS, LIMIT, ACTIVE = range(6)
 # Where it belongs: the lane with the pose's record or -1, which of its starts this is, and how it
 # ended while an earlier start still decides.
 HOME, ATTEMPT, ENDED = 6, 7, 8
-# Record of a pose: its row or -1, the next start, one past the last that matters, how many are
-# given up and their iterations, and the least squared error of these.
-ROW, NEXT, CAP, GIVEN_UP, USED, POSE_LEAST, STATES = range(9, 16)
+# Record of a pose: its row or -1, the next start, one past the last that matters, how many there
+# are in all, how many are given up and their iterations, and the least squared error of these.
+ROW, NEXT, CAP, MOST, GIVEN_UP, USED, POSE_LEAST, STATES = range(9, 17)
 
 
 class Work(NamedTuple):
@@ -83,6 +83,7 @@ class Batch(NamedTuple):
     Attributes:
         poses: (N, 7).
         seeds: (N, K, dof).
+        proven: (N,) whether it is proven that no configuration has the pose.
         joints: (N, dof) receives the best joints.
         status: (N,) receives how it ended.
         iterations: (N,) receives the iterations.
@@ -92,6 +93,7 @@ class Batch(NamedTuple):
 
     poses: Array
     seeds: Array
+    proven: NDArray[np.bool_]
     joints: Array
     status: NDArray[np.int64]
     iterations: NDArray[np.int64]

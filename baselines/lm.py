@@ -18,9 +18,10 @@ from baselines.checks import (
     positive_settings,
     thread_setting,
 )
-from baselines.compiled_query import CompiledQuery, joint_range
+from baselines.compiled_query import CompiledQuery
 from baselines.errors import SettingError
 from baselines.following import FollowingSolver
+from baselines.joint_range import joint_range
 from baselines.kernel_abilities import KernelAbilities
 from baselines.lm_kernel import LmOptions
 from baselines.lm_query import lm_query, near_rows

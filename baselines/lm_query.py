@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from baselines.clock import now_ns
-from baselines.compiled_query import REFUSED, take_initial, take_pose, turn_nearest
+from baselines.compiled_query import REFUSED
+from baselines.joint_range import take_initial, turn_nearest
 from baselines.lanes_kernel import refine_lanes
 from baselines.lanes_work import Batch, new_room
 from baselines.lm_kernel import FOUND, OUT_OF_REACH, first_start_only, limited, refine_row
+from baselines.taken_poses import take_pose
 from robots.chain import Chain
 from robots.compiled import njit
 from robots.pose_bound import proves_no
@@ -41,9 +43,9 @@ def refine_query(chain, pose, seeds, library, options, answer, timed, bound):  #
     proven = options.nearest_starts > 0 and proves_no(
         bound, pose, options.position_tolerance_m, options.rotation_tolerance_rad
     )
-    if proven:
-        options = limited(options, min(options.starts, options.nearest_starts), options.time_ns)
     if timed is not None:
+        if proven:
+            options = limited(options, min(options.starts, options.nearest_starts), options.time_ns)
         status, iterations, starts, spent = refine_row(chain, pose, seeds, library, options, answer)
         status = OUT_OF_REACH if proven and status != FOUND else status
         return status, iterations, starts, spent
@@ -52,6 +54,7 @@ def refine_query(chain, pose, seeds, library, options, answer, timed, bound):  #
     batch = Batch(
         pose.reshape((1, 7)),
         seeds.reshape((1, seeds.shape[0], dof)),
+        np.full(1, proven),
         answer.reshape((1, dof)),
         counts[0],
         counts[1],
@@ -60,8 +63,7 @@ def refine_query(chain, pose, seeds, library, options, answer, timed, bound):  #
     )
     room = new_room(1, chain.prismatic.shape[0], dof, library.joints.shape[0])
     refine_lanes(chain, batch, library, options, room, np.int64(0))  # no literal: a type of its own
-    status = OUT_OF_REACH if proven and counts[0, 0] != FOUND else counts[0, 0]
-    return status, counts[1, 0], counts[2, 0], now_ns(timespec) - began
+    return counts[0, 0], counts[1, 0], counts[2, 0], now_ns(timespec) - began
 
 
 @njit()

@@ -16,8 +16,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from baselines.compiled_query import take_initial
 from baselines.follow_kernel import follow_seed, new_follow_work
+from baselines.joint_range import take_initial
 from robots.compiled import njit
 from robots.rows import copy_row
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numba
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines import lm_kernel
+from baselines.joint_range import joint_range, turn_rows_inside
 from baselines.lanes_kernel import refine_lanes
 from baselines.lanes_work import Batch, new_room
 from baselines.lm_kernel import LmOptions
@@ -21,8 +22,8 @@ from baselines.protocol import OUT_OF_ITERATIONS, OUT_OF_TIME, Solution
 from baselines.seed_library import SeedLibrary, empty_seed_library
 from robots.arguments import compiled_floats
 from robots.chain import Chain
-from robots.pose_bound import pose_bound, proven_rows
-from robots.threads import forked
+from robots.pose_bound import PoseBound, pose_bound, proven_rows
+from robots.threads import forked, on_threads
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 Arguments = tuple[Chain, Array, Array, SeedLibrary, LmOptions]
+# Writes the seeds of some rows of a batch, on the thread that descends from them.
+Seeding = Callable[[slice], None]
 
 # Poses that are worth another thread: starting it takes as long as some hundred of them.
 POSES_PER_THREAD = 256
@@ -83,8 +86,9 @@ class Refined:
 
     def solution(self) -> Solution:
         """The same as a `Solution`."""
-        reasons = tuple(_REASON_OF[self.status].tolist())
-        return Solution(self.joints, self.found, self.time_s, self.iterations, reasons)
+        found = self.found
+        reasons = ("",) * len(found) if found.all() else tuple(_REASON_OF[self.status].tolist())
+        return Solution(self.joints, found, self.time_s, self.iterations, reasons)
 
 
 def merged(chosen: NDArray[np.bool_], these: Refined, others: Refined) -> Refined:
@@ -122,6 +126,7 @@ def refine(
     threads: int = 1,
     library: SeedLibrary | None = None,
     side_by_side: bool = True,
+    seeding: Seeding | None = None,
 ) -> Refined:
     """Descend from each pose's seeds in order, then from random configurations, until solved.
 
@@ -137,6 +142,8 @@ def refine(
         library: Configurations to start from after the seeds, the nearest first.
         side_by_side: Whether to solve several poses at once in vector registers. A limit of time
             needs them one by one.
+        seeding: Writes rows of `seeds`, which is then an array that a kernel takes as it is; None
+            if they are written. It may run on several threads, each for rows of its own.
     """
     arguments = (
         robot.chain,
@@ -145,18 +152,13 @@ def refine(
         empty_seed_library(robot.dof) if library is None else library,
         options,
     )
-    proven = _proven(robot, arguments[1], options)
-    if not proven.any():
-        result = _descended(arguments, threads, side_by_side)
+    if side_by_side and options.time_ns == 0 and options.starts > 0:
+        result = _side_by_side(arguments, pose_bound(robot), threads, seeding)
     else:
-        few = options._replace(starts=min(options.starts, options.nearest_starts))
-        denied = _descended(_rows(arguments, proven, few), threads, side_by_side)
-        denied.status[~denied.found] = lm_kernel.OUT_OF_REACH
-        others = _descended(_rows(arguments, ~proven, options), threads, side_by_side)
-        result = merged(proven, denied, others)
-    if not robot.endless.any():
-        return result
-    return replace(result, joints=robot.nearest_turns(result.joints))
+        result = _one_by_one(arguments, pose_bound(robot), threads, seeding)
+    if robot.endless.any():
+        turn_rows_inside(joint_range(robot), result.joints)
+    return result
 
 
 def refine_freely(
@@ -192,13 +194,30 @@ def refine_freely(
     return result
 
 
-def _proven(robot: Robot, poses: Array, options: LmOptions) -> NDArray[np.bool_]:
-    """Of which poses (N, 7) a bound proves that no configuration has them, (N,)."""
+def _one_by_one(
+    arguments: Arguments, bound: PoseBound, threads: int, seeding: Seeding | None
+) -> Refined:
+    """Refine by the scalar kernel, which keeps the time of every pose."""
+    _, poses, _, _, options = arguments
+    if seeding is not None:
+        shares = _shares(len(poses), threads)
+        on_threads(len(shares), lambda index: seeding(shares[index]))
     proven = np.zeros(len(poses), dtype=bool)
+    _prove(bound, poses, options, proven)
+    if not proven.any():
+        return _descended(arguments, threads)
+    few = options._replace(starts=min(options.starts, options.nearest_starts))
+    denied = _descended(_rows(arguments, proven, few), threads)
+    denied.status[~denied.found] = lm_kernel.OUT_OF_REACH
+    others = _descended(_rows(arguments, ~proven, options), threads)
+    return merged(proven, denied, others)
+
+
+def _prove(bound: PoseBound, poses: Array, options: LmOptions, proven: NDArray[np.bool_]) -> None:
+    """Write into proven (N,), which is False, of which poses (N, 7) none can be had."""
     if options.nearest_starts > 0:
         tolerances = options.position_tolerance_m, options.rotation_tolerance_rad
-        proven_rows(pose_bound(robot), poses, *tolerances, proven)
-    return proven
+        proven_rows(bound, poses, *tolerances, proven)
 
 
 def _rows(arguments: Arguments, chosen: NDArray[np.bool_], options: LmOptions) -> Arguments:
@@ -207,15 +226,7 @@ def _rows(arguments: Arguments, chosen: NDArray[np.bool_], options: LmOptions) -
     return chain, poses[chosen], seeds[chosen], library, options
 
 
-def _descended(arguments: Arguments, threads: int, side_by_side: bool) -> Refined:
-    options = arguments[-1]
-    if side_by_side and options.time_ns == 0 and options.starts > 0:
-        return _side_by_side(arguments, thread_count(threads))
-    return _one_by_one(arguments, threads)
-
-
-def _one_by_one(arguments: Arguments, threads: int) -> Refined:
-    """Refine by the scalar kernel, which keeps the time of every pose."""
+def _descended(arguments: Arguments, threads: int) -> Refined:
     poses, seeds = arguments[1:3]
     result = Refined.empty(len(poses), seeds.shape[2])
     time_ns = np.zeros(len(poses), dtype=np.int64)
@@ -229,29 +240,49 @@ def _one_by_one(arguments: Arguments, threads: int) -> Refined:
     return result
 
 
-def _side_by_side(arguments: Arguments, threads: int) -> Refined:
+def _shares(count: int, threads: int) -> list[slice]:
+    """Rows of a batch for each thread that is worth its start, one at least."""
+    used = max(1, min(thread_count(threads), count // POSES_PER_THREAD))
+    edges = [index * count // used for index in range(used + 1)]
+    return [slice(*pair) for pair in pairwise(edges)]
+
+
+def _side_by_side(
+    arguments: Arguments, bound: PoseBound, threads: int, seeding: Seeding | None
+) -> Refined:
     """Refine by the kernel of lanes.
 
-    Its threads are started here and end here: they share the queue of poses and nothing else, so
-    that they need no pool, which a fork would not survive.
+    Each thread prepares a share of the poses and descends for them; then it takes what is left of
+    the other shares that are ready.
     """
+    started = time.perf_counter()
     chain, poses, seeds, library, options = arguments
     result = Refined.empty(len(poses), seeds.shape[2])
-    room = (result.joints, result.status, result.iterations, result.starts)
-    batch = Batch(poses, seeds, *room, next=np.zeros(1, dtype=np.int64))
-    used = max(1, min(threads, len(poses) // POSES_PER_THREAD))
-    lanes = new_room(used, len(chain.prismatic), seeds.shape[2], len(library.joints))
-    started = time.perf_counter()
-    others = [
-        threading.Thread(target=refine_lanes, args=(chain, batch, library, options, lanes, k))
-        for k in range(1, used)
+    proven = np.zeros(len(poses), dtype=bool)
+    shares = _shares(len(poses), threads)
+    # Each counter in a line of the cache of its own: threads that share one wait for each other.
+    queues = np.zeros((len(shares), 16), dtype=np.int64)
+    batches = [
+        Batch(
+            *(poses[rows], seeds[rows], proven[rows], result.joints[rows], result.status[rows]),
+            *(result.iterations[rows], result.starts[rows], queues[index, :1]),
+        )
+        for index, rows in enumerate(shares)
     ]
-    for thread in others:
-        thread.start()
-    refine_lanes(chain, batch, library, options, lanes, 0)
-    for thread in others:
-        thread.join()
-    seconds = used * (time.perf_counter() - started)
+    ready = [False] * len(shares)
+    lanes = new_room(len(shares), len(chain.prismatic), seeds.shape[2], len(library.joints))
+
+    def descend(index: int) -> None:
+        if seeding is not None:
+            seeding(shares[index])
+        _prove(bound, batches[index].poses, options, batches[index].proven)
+        ready[index] = True
+        for share in (*range(index, len(shares)), *range(index)):
+            if ready[share]:
+                refine_lanes(chain, batches[share], library, options, lanes, index)
+
+    on_threads(len(shares), descend)
     looked_at = result.iterations + result.starts
+    seconds = len(shares) * (time.perf_counter() - started)
     np.multiply(looked_at, seconds / max(int(looked_at.sum()), 1), out=result.time_s)
     return result

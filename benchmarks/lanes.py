@@ -1,14 +1,12 @@
 """What solving poses side by side in vector registers gains, against the same kernel one by one.
 
-    python -m benchmarks.lanes [--robots panda ...] [--poses 5000] [--rounds 5] [--threads 1]
-                               [--write]
+    python -m benchmarks.lanes [--robots panda ...] [--poses 5000] [--rounds 5] [--write]
 
 Three solvers answer the same poses in one process, in turns: the scalar kernel, the kernel of
 lanes (the solver `lm` as it is), and refined CycleIK with its network. Times are medians over the
-rounds, of processor time with one thread and of wall time with more; ratios are medians of each
-round's ratio, and the speed-up by threads is that of `lm` against one thread. Success is recomputed
-from the joints by Pinocchio. The limit is the arithmetic of an iteration, with no joint at a limit,
-at the rate at which this core does packed multiply-adds.
+rounds of processor time of one thread; ratios are medians of each round's ratio. Success is
+recomputed from the joints by Pinocchio. The limit is the arithmetic of an iteration, with no joint
+at a limit, at the rate at which this core does packed multiply-adds.
 `--write` keeps the table as results/studies/lanes.{csv,md}.
 """
 
@@ -32,7 +30,6 @@ from baselines.lm import LevenbergMarquardt
 from baselines.refine import refine
 from benchmarks.refined import pair_of, reachable, success
 from benchmarks.studies import write_study
-from pipeline import load_solver
 from robots import Robot, available_robots, load_robot
 
 Array = NDArray[np.float64]
@@ -47,54 +44,45 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--robots", nargs="+", default=available_robots())
     parser.add_argument("--poses", type=int, default=5000)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--write", action="store_true")
     return parser.parse_args()
 
 
 def main() -> None:
     options = arguments()
-    torch.set_num_threads(options.threads)
-    numba.set_num_threads(options.threads)
+    torch.set_num_threads(1)
+    numba.set_num_threads(1)
     rate = packed_rate()
-    print(f"{options.poses} poses, {options.threads} thread(s), {rate / 1e9:.0f} GFLOP/s a core\n")
+    print(f"{options.poses} poses, {rate / 1e9:.0f} GFLOP/s a core\n")
     rows = [measured(load_robot(name), options, rate) for name in options.robots]
     table = pd.DataFrame(rows)
     text = markdown(table)
     print(text)
     ratios = table[["lanes_of_scalar", "refined_of_lanes", "refined_of_scalar"]]
-    print(f"\nSpeed-up by threads: {table['speed_up_by_threads'].median():.2f} (median of robots)")
     means = np.exp(np.log(ratios).mean())
     print("\nGeometric means:", ", ".join(f"{key} {value:.3f}" for key, value in means.items()))
     if options.write:
-        command = f"python -m benchmarks.lanes --threads {options.threads} --write"
-        write_study("lanes", table.round(4), text, command, "1")
+        write_study("lanes", table.round(4), text, "python -m benchmarks.lanes --write", "11")
 
 
 def measured(robot: Robot, options: argparse.Namespace, rate: float) -> dict[str, object]:
     """One row of the table."""
-    refined, lm = pair_of(robot, options.threads)
-    alone = load_solver("lm", robot, threads=1)
+    refined, lm = pair_of(robot, 1)
     assert isinstance(lm, LevenbergMarquardt)
     poses = reachable(robot, options.poses)
     solvers: tuple[Callable[[], Solution], ...] = (
         lambda: one_by_one(lm, poses),
         lambda: lm.solve(poses),
         lambda: refined.solve(poses),
-        lambda: alone.solve(poses),
     )
-    clock = time.process_time if options.threads == 1 else time.perf_counter
-    # Before the scalar kernel: its threads wait busily for a while, on cores that others need.
-    one, more = np.median(timed((solvers[3], solvers[1]), options.rounds, clock), axis=0)
     answers = [solve() for solve in solvers]
-    times = timed(solvers[:3], options.rounds, clock) / len(poses)
+    times = timed(solvers, options.rounds, time.process_time) / len(poses)
     scalar_s, lanes_s, refined_s = np.median(times, axis=0)
     iterations = [answer.iterations.mean() for answer in answers]
     joints = len(robot.chain.prismatic)
     limit_s = (OPERATIONS + OPERATIONS_PER_JOINT * joints) / rate
     return {
         "robot": robot.name,
-        "threads": options.threads,
         "poses": len(poses),
         "scalar_us": scalar_s * 1e6,
         "lanes_us": lanes_s * 1e6,
@@ -102,7 +90,6 @@ def measured(robot: Robot, options: argparse.Namespace, rate: float) -> dict[str
         "lanes_of_scalar": np.median(times[:, 1] / times[:, 0]),
         "refined_of_lanes": np.median(times[:, 2] / times[:, 1]),
         "refined_of_scalar": np.median(times[:, 2] / times[:, 0]),
-        "speed_up_by_threads": one / more,
         "lm_iterations": iterations[1],
         "refined_iterations": iterations[2],
         "scalar_ns_per_iteration": scalar_s / iterations[0] * 1e9,

@@ -181,7 +181,7 @@ def network_limits(robot: Robot, solver: RefinedSolver, poses: NDArray[np.float6
         shown = poses[: min(len(poses), size * QUERIES) // size * size]
         joints = np.empty((len(shown), network.heads, robot.dof))
         errors = np.empty((len(shown), network.heads, 2))
-        work = make_work(experts, size, network.heads)
+        work = make_work(experts, size)
         weights = np.array([100.0, 180 / np.pi])
         arguments = robot.chain, experts, shown, weights, joints, errors, work, size
         answer_in_batches(*arguments)

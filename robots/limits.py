@@ -134,10 +134,15 @@ def nearest_turns(
     """
     if not endless.any():
         return joints
-    usable = np.abs(near) <= FARTHEST
-    reference = np.where(usable, near, (lower + upper) / 2)
-    turns = np.round((reference - joints) / FULL_TURN)
-    return np.where(endless, joints + FULL_TURN * turns, joints)
+    columns = np.flatnonzero(endless)
+    wanted = near[..., columns]
+    reference = np.where(np.abs(wanted) <= FARTHEST, wanted, ((lower + upper) / 2)[columns])
+    turns = np.round((reference - joints[..., columns]) / FULL_TURN)
+    if not turns.any():
+        return joints
+    turned = joints.copy()
+    turned[..., columns] += FULL_TURN * turns
+    return turned
 
 
 def choose_home(description: Description, lower: Array, upper: Array) -> Array:

@@ -56,7 +56,7 @@ class PoseBound(NamedTuple):
     spans: Array
 
 
-@njit()
+@njit(_nrt=False)
 def proves_no(bound, pose, position_m, rotation_rad):  # type: ignore[no-untyped-def]
     """Whether no configuration can be within tolerances of a pose.
 
@@ -85,7 +85,7 @@ def proves_no(bound, pose, position_m, rotation_rad):  # type: ignore[no-untyped
     return False
 
 
-@njit()
+@njit(nogil=True, _nrt=False)
 def proven_rows(bound, poses, position_m, rotation_rad, proven):  # type: ignore[no-untyped-def]
     """Write into proven (N,) of which poses (N, 7) it is proven that none can be had."""
     for row in range(poses.shape[0]):

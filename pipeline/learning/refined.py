@@ -13,8 +13,9 @@ import baselines
 from baselines import Budget, SettingError, Solution
 from baselines.abilities import AVOID, FOLLOW
 from baselines.avoid import refine_avoiding
-from baselines.compiled_query import CompiledQuery, joint_range
+from baselines.compiled_query import CompiledQuery
 from baselines.following import FollowingSolver
+from baselines.joint_range import joint_range
 from baselines.kernel_abilities import KernelAbilities
 from baselines.lm import LevenbergMarquardt
 from baselines.lm_kernel import LmOptions
@@ -172,6 +173,12 @@ class RefinedSolver(KernelAbilities, FollowingSolver):
 
         Poses outside the proposer's domain start as in `lm`: at home where there is no first seed.
         """
+        if first.shape[1] == 0 and self.tried == 1 and self.accelerator is None:
+            seeds = np.empty((len(poses), 1, self.robot.dof))
+            seeding = self.proposer.seeding(poses, seeds)
+            if seeding is not None:
+                bound = self.options(budget), self.threads, self.library
+                return refine(self.robot, poses, seeds, *bound, seeding=seeding).solution()
         inside = self.proposer.in_domain(poses)
         if inside.all():
             return self._proposed(poses, first, budget).solution()

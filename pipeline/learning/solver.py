@@ -129,6 +129,21 @@ class NeuralSolver(Solver):
         """
         return None
 
+    def seeding(
+        self, poses: NDArray[np.float64], seeds: NDArray[np.float64]
+    ) -> Callable[[slice], None] | None:
+        """Return what writes the best hypotheses of some rows, for `baselines.refine`.
+
+        Args:
+            poses: (N, 7) targets.
+            seeds: (N, K, dof), whose rows receive the K best, or home outside the domain.
+
+        Returns:
+            A function of the rows, which threads may call at once, or None for a network that is
+            not compiled.
+        """
+        return None
+
     def _answers(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the network's answers (N, K, dof) to poses (N, 7), inside the limits."""
         with torch_threads(self.threads), torch.inference_mode():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines import Budget, SettingError, Solution
-from baselines.compiled_query import CompiledQuery, CompiledQuerySolver, joint_range
+from baselines.compiled_query import CompiledQuery, CompiledQuerySolver
+from baselines.joint_range import joint_range
 from baselines.lm_kernel import OUT_OF_REACH
 from baselines.refine import REASONS
 from pipeline.learning.cycleik import METHOD
@@ -20,6 +21,7 @@ from pipeline.learning.cycleik.compiled.answers import (
     answer_on_threads,
     answer_rows,
     compiled_experts,
+    seed_rows,
 )
 from pipeline.learning.cycleik.compiled.query import (
     DEG,
@@ -106,8 +108,7 @@ class CycleIk(NeuralSolver, CompiledQuerySolver[NetworkOptions]):
         if self.compiled is None or self.cells > 1:
             return None
         robot = self.robot
-        network = self.network.heads, robot.chain, self.compiled
-        bound = joint_range(robot), *network, pose_bound(robot)
+        bound = joint_range(robot), robot.chain, self.compiled, pose_bound(robot)
         return CompiledQuery(network_query, options, robot.dof, *bound)
 
     def _solve_batch(self, poses: Array, initial: Array, budget: Budget | None) -> Solution:
@@ -128,9 +129,16 @@ class CycleIk(NeuralSolver, CompiledQuerySolver[NetworkOptions]):
         """See `NeuralSolver`."""
         if self.compiled is None or self.cells > 1:
             return None
-        heads = self.network.heads
-        ranking = self._ranking()
-        return refined_query, (heads, min(tried, heads), ranking, self.robot.chain, self.compiled)
+        tried = min(tried, self.network.heads)
+        return refined_query, (tried, self._ranking(), self.robot.chain, self.compiled)
+
+    def seeding(self, poses: Array, seeds: Array) -> Callable[[slice], None] | None:
+        """See `NeuralSolver`."""
+        if self.compiled is None or self.cells > 1:
+            return None
+        network = self.robot.chain, self.compiled
+        ranking, home = self._ranking(), self.robot.home
+        return lambda rows: seed_rows(*network, poses[rows], ranking, home, seeds[rows])
 
     def _ranking(self) -> Array:
         """(2,) what an error of 1 m and of 1 rad counts when hypotheses are compared."""

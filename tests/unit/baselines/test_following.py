@@ -9,8 +9,8 @@ import pytest
 
 import baselines
 from baselines import AbilityError, Budget, InitialError, PoseError, SettingError
-from baselines.compiled_query import joint_range
 from baselines.follow_kernel import find_null_motion, limit_barrier, new_follow_work
+from baselines.joint_range import joint_range
 from baselines.linearise import find_error, find_jacobian, set_target
 from baselines.lm import LevenbergMarquardt
 from pipeline import load_solver

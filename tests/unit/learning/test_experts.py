@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from copy import deepcopy
 
 import numpy as np
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 from baselines import SettingError
 from baselines.registry import using
 from pipeline import load_solver
-from pipeline.learning.cycleik.compiled import answers as compiled_answers
 from pipeline.learning.cycleik.compiled.answers import (
     answer,
     answer_on_threads,
@@ -316,7 +314,7 @@ def test_work_may_be_kept_from_call_to_call(
 ) -> None:
     joints, errors = answers(robot, network, poses[:20])
     experts = compiled_experts(network, np.float32)
-    work = make_work(experts, 1, MODEL.heads)
+    work = make_work(experts, 1)
     one, measured = np.empty((1, MODEL.heads, robot.dof)), np.empty((1, MODEL.heads, 2))
     for row in range(20):
         answer(robot.chain, experts, poses[row : row + 1], WEIGHTS, 0, one, measured, work)
@@ -339,21 +337,6 @@ def test_heads_of_equal_error_keep_their_order_and_all_are_answered(
     assert np.isfinite(joints).all()
     assert np.array_equal(joints[:, 0], joints[:, 2])
     assert np.array_equal(errors[:, 0], errors[:, 2])
-
-
-def test_a_failure_in_a_thread_is_raised(
-    robot: Robot,
-    network: Experts,
-    poses: NDArray[np.float64],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def fail(*arguments: object) -> None:
-        if threading.current_thread() is not threading.main_thread():
-            raise MemoryError("no room")
-
-    monkeypatch.setattr(compiled_answers, "answer_rows", fail)
-    with pytest.raises(MemoryError, match="no room"):
-        answers(robot, network, poses, threads=2)
 
 
 def test_gradients_reach_only_the_experts_of_the_batch(

@@ -10,7 +10,6 @@ around it, so an answer does not depend on the batch.
 
 from __future__ import annotations
 
-import threading
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -30,6 +29,7 @@ from pipeline.learning.cycleik.experts import Experts, host
 from pipeline.learning.networks import MATRIX_POSE_SIZE
 from robots.chain import Chain
 from robots.compiled import njit
+from robots.threads import on_threads
 
 Array = NDArray[np.float64]
 Array32 = NDArray[np.float32]
@@ -54,6 +54,7 @@ class CompiledExperts(NamedTuple):
         layers: (E size,) for each expert its layers one after another. Gate and layers are float32
             or float64, in which they compute.
         scaling: (2, dof) float64, middle of the limits and half their distance [rad or m].
+        heads: Hypotheses of an expert.
     """
 
     box: Array32
@@ -63,6 +64,7 @@ class CompiledExperts(NamedTuple):
     widest: int
     layers: Real
     scaling: Array
+    heads: int
 
 
 class Work(NamedTuple):
@@ -110,6 +112,7 @@ def compiled_experts(network: Experts, dtype: DTypeLike) -> CompiledExperts:
         max(sizes),
         _aligned(np.concatenate(blocks, axis=1).ravel()),
         np.stack([host(network.joint_centre), host(network.joint_scale)]),
+        network.heads,
     )
 
 
@@ -233,10 +236,10 @@ def _run_layers(experts, cell, poses, begin, end, work):  # type: ignore[no-unty
 
 @njit(_nrt=False)
 def answer(chain, experts, poses, weights, nearer, joints, errors, work):  # type: ignore[no-untyped-def]
-    """Answer poses, see `answer_rows`, in arrays of the caller: `make_work(experts, N, K)`."""
+    """Answer poses, see `answer_rows`, in arrays of the caller: `make_work(experts, N)`."""
     _find_cells(experts, poses, nearer, work)
     order, sizes = work.order, experts.sizes
-    count, heads, width = poses.shape[0], joints.shape[1], sizes[sizes.shape[0] - 1]
+    count, heads, width = poses.shape[0], experts.heads, sizes[sizes.shape[0] - 1]
     begin = np.int64(0)
     while begin < count:
         cell, end = order[0, order[1, begin]], begin + 1
@@ -247,16 +250,16 @@ def answer(chain, experts, poses, weights, nearer, joints, errors, work):  # typ
             chain, experts.scaling, poses, order, begin, end, heads,
             work.values, place, width, weights, work,
         )  # fmt: skip
-        rank_lanes(order, begin, end, work, joints, errors)
+        rank_lanes(order, begin, end, heads, work, joints, errors)
         begin = end
 
 
 @njit()
-def make_work(experts, count, heads):  # type: ignore[no-untyped-def]
-    """Return `Work` for so many poses and so many hypotheses of each."""
+def make_work(experts, count):  # type: ignore[no-untyped-def]
+    """Return `Work` for so many poses."""
     cells, depth = experts.means.shape
     widest, most = max(experts.gate.shape[0] // (depth + 1), experts.widest), min(CHUNK, count)
-    lanes = (most * heads + LANES - 1) // LANES * LANES
+    lanes = (most * experts.heads + LANES - 1) // LANES * LANES
     return Work(
         np.empty(2 * most * widest, dtype=experts.layers.dtype),
         np.empty((2, count), dtype=np.int64),
@@ -281,38 +284,64 @@ def answer_rows(chain, experts, poses, weights, nearer, joints, errors):  # type
         weights: (2,) of an error in m and in rad when hypotheses are compared.
         nearer: Cells that are nearer to a pose than the one whose expert answers it: 0, or less
             than there are cells.
-        joints: (N, K, dof) receives the hypotheses, best first [rad or m].
+        joints: (N, K, dof) receives the K best hypotheses, the best first [rad or m].
         errors: (N, K, 2) receives distance [m] and angle [rad].
     """
-    work = make_work(experts, poses.shape[0], joints.shape[1])
+    work = make_work(experts, poses.shape[0])
     answer(chain, experts, poses, weights, nearer, joints, errors, work)
+
+
+@njit()
+def in_domain(experts, pose):  # type: ignore[no-untyped-def]
+    """Whether a pose (7,) lies in the box that the network was trained in."""
+    for axis in range(3):
+        shift = pose[axis] - experts.box[0, axis]
+        if not abs(shift / experts.box[1, axis]) <= 1.0:
+            return False
+    return True
+
+
+@njit(nogil=True)
+def seed_rows(chain, experts, poses, weights, home, seeds):  # type: ignore[no-untyped-def]
+    """Write the best hypotheses of poses as seeds, and home for poses outside the network's box.
+
+    Args:
+        chain: The robot's `Chain`.
+        experts: `CompiledExperts`.
+        poses: (N, 7) targets, unit quaternions.
+        weights: (2,) of an error in m and in rad when hypotheses are compared.
+        home: (dof,) [rad or m].
+        seeds: (N, K, dof) receives the K best of each pose, the best first [rad or m].
+    """
+    count, wanted = poses.shape[0], seeds.shape[1]
+    inside = np.empty(count, dtype=np.int64)
+    known = 0
+    for row in range(count):
+        if in_domain(experts, poses[row]):
+            inside[known] = row
+            known += 1
+        else:
+            seeds[row] = home
+    errors = np.empty((known, wanted, 2))
+    if known == count:
+        answer_rows(chain, experts, poses, weights, 0, seeds, errors)
+    elif known > 0:
+        some = np.empty((known, wanted, home.shape[0]))
+        answer_rows(chain, experts, poses[inside[:known]], weights, 0, some, errors)
+        seeds[inside[:known]] = some
 
 
 def answer_on_threads(
     count: int, chain: Chain, experts: CompiledExperts, poses: Array, weights: Array,
     nearer: int, joints: Array, errors: Array,
 ) -> None:  # fmt: skip
-    """Compute `answer_rows` on so many threads, each with a share of the poses; the same bits.
-
-    They are threads of Python, which the kernel lets run, and end with the call: nothing of them
-    is left for a fork to lose, and no second kernel has to be compiled.
-    """
+    """Compute `answer_rows` on so many threads, each with a share of the poses; the same bits."""
     shares = min(count, -(-len(poses) // SHARE))
     edges = [part * len(poses) // shares for part in range(shares + 1)]
-    failures: list[BaseException] = []
+    rows = [slice(*pair) for pair in pairwise(edges)]
 
-    def answer(begin: int, end: int) -> None:
-        try:
-            rows = slice(begin, end)
-            answer_rows(chain, experts, poses[rows], weights, nearer, joints[rows], errors[rows])
-        except BaseException as failure:
-            failures.append(failure)
+    def answer(part: int) -> None:
+        some = rows[part]
+        answer_rows(chain, experts, poses[some], weights, nearer, joints[some], errors[some])
 
-    threads = [threading.Thread(target=answer, args=pair) for pair in pairwise(edges[:-1])]
-    for thread in threads:
-        thread.start()
-    answer(*edges[-2:])
-    for thread in threads:
-        thread.join()
-    if failures:
-        raise failures[0]
+    on_threads(shares, answer)

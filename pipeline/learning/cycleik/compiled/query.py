@@ -7,11 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from baselines.clock import now_ns
-from baselines.compiled_query import REFUSED, take_initial, take_pose, turn_nearest
+from baselines.compiled_query import REFUSED
+from baselines.joint_range import take_initial, turn_nearest
 from baselines.lm_kernel import FOUND, first_start_only
 from baselines.lm_query import refine_query
+from baselines.taken_poses import take_pose
 from pipeline.learning.cycleik.compiled.answers import answer as write_answers
-from pipeline.learning.cycleik.compiled.answers import make_work
+from pipeline.learning.cycleik.compiled.answers import in_domain, make_work
 from robots.compiled import njit
 from robots.pose_bound import proves_no
 from robots.rows import copy_row
@@ -39,7 +41,7 @@ class NetworkOptions(NamedTuple):
 
 @njit()
 def network_query(  # type: ignore[no-untyped-def]
-    pose, initial, answer, options, timed, joints, heads, chain, experts, bound
+    pose, initial, answer, options, timed, joints, chain, experts, bound
 ):
     """Answer one pose with the best hypothesis; an initial guess turns endless joints, no more.
 
@@ -50,7 +52,6 @@ def network_query(  # type: ignore[no-untyped-def]
         options: `NetworkOptions`.
         timed: None.
         joints: `JointRange`.
-        heads: Hypotheses of the network.
         chain: The robot's `Chain`.
         experts: `CompiledExperts`.
         bound: `PoseBound`.
@@ -59,14 +60,14 @@ def network_query(  # type: ignore[no-untyped-def]
         Status, iterations, starts and time [ns], or (`REFUSED`, 0, 0, 0).
     """
     dof = answer.shape[0]
-    targets, hypotheses = np.empty((1, 7)), np.empty((1, heads, dof))
+    targets, hypotheses = np.empty((1, 7)), np.empty((1, 1, dof))
     if not (take_pose(pose, targets[0]) and take_initial(initial, joints, hypotheses[0])):
         return REFUSED, 0, 0, 0
     timespec = np.empty(2, dtype=np.int64)
     began = now_ns(timespec)
-    weights, errors = np.empty(2), np.empty((1, heads, 2))
+    weights, errors = np.empty(2), np.empty((1, 1, 2))
     weights[0], weights[1] = 1 / options.position_mm * MM, 1 / options.rotation_deg * DEG
-    work = make_work(experts, 1, heads)
+    work = make_work(experts, 1)
     write_answers(chain, experts, targets, weights, 0, hypotheses, errors, work)
     copy_row(hypotheses[0, 0], answer)
     good = errors[0, 0, 0] * MM <= options.position_mm
@@ -79,16 +80,6 @@ def network_query(  # type: ignore[no-untyped-def]
 
 
 @njit()
-def in_domain(experts, pose):  # type: ignore[no-untyped-def]
-    """Whether a pose (7,) lies in the box that the network was trained in."""
-    for axis in range(3):
-        shift = pose[axis] - experts.box[0, axis]
-        if not abs(shift / experts.box[1, axis]) <= 1.0:
-            return False
-    return True
-
-
-@njit()
 def refined_query(  # type: ignore[no-untyped-def]
     pose,
     initial,
@@ -97,7 +88,6 @@ def refined_query(  # type: ignore[no-untyped-def]
     timed,
     joints,
     home,
-    heads,
     tried,
     weights,
     chain,
@@ -117,7 +107,6 @@ def refined_query(  # type: ignore[no-untyped-def]
         timed: See `baselines.lm_query.refine_query`.
         joints: `JointRange`.
         home: (dof,) guess where there is neither a first one nor a hypothesis [rad or m].
-        heads: Hypotheses of the network.
         tried: How many of them are descended from.
         weights: (2,) of an error in m and in rad when hypotheses are compared.
         chain: The robot's `Chain`.
@@ -143,8 +132,8 @@ def refined_query(  # type: ignore[no-untyped-def]
             began = now_ns(timespec)
             if in_domain(experts, targets[0]):
                 used = given + tried
-                hypotheses, errors = np.empty((1, heads, dof)), np.empty((1, heads, 2))
-                work = make_work(experts, 1, heads)
+                hypotheses, errors = np.empty((1, tried, dof)), np.empty((1, tried, 2))
+                work = make_work(experts, 1)
                 write_answers(chain, experts, targets, weights, 0, hypotheses, errors, work)
                 for k in range(tried):
                     copy_row(hypotheses[0, k], seeds[given + k])

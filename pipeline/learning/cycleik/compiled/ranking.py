@@ -175,18 +175,19 @@ def measure_outputs(  # type: ignore[no-untyped-def]
 
 
 @njit(_nrt=False)
-def rank_lanes(order, begin, end, work, joints, errors):  # type: ignore[no-untyped-def]
+def rank_lanes(order, begin, end, heads, work, joints, errors):  # type: ignore[no-untyped-def]
     """Write hypotheses that `measure_outputs` has measured, those of a row best first.
 
     Args:
         order: (2, N), whose second line holds rows.
         begin: Of these, the first that the hypotheses are for.
         end: And the one after the last.
+        heads: Hypotheses of each.
         work: Has `joints` and `errors`.
-        joints: (N, K, dof) receives the hypotheses [rad or m]; of equal ones the first comes first.
+        joints: (N, K, dof) receives the K best [rad or m]; of equal ones the first comes first.
         errors: (N, K, 2) receives distance [m] and angle [rad].
     """
-    heads, dof = joints.shape[1], joints.shape[2]
+    wanted, dof = joints.shape[1], joints.shape[2]
     measured, values = work.errors, work.joints
     for i in range(end - begin):
         row = order[1, begin + i]
@@ -200,6 +201,8 @@ def rank_lanes(order, begin, end, work, joints, errors):  # type: ignore[no-unty
                     rank += not mine < theirs
                 elif other > head:
                     rank += theirs < mine
+            if rank >= wanted:
+                continue
             errors[row, rank, 0], errors[row, rank, 1] = measured[lane], measured[lane + LANES]
             lane = _place(i * heads + head, dof)
             for k in range(dof):
