@@ -50,11 +50,12 @@ def refine_query(chain, pose, seeds, library, options, answer, timed, bound):  #
         status = OUT_OF_REACH if proven and status != FOUND else status
         return status, iterations, starts, spent
     dof = answer.shape[0]
-    counts = np.zeros((4, 1), dtype=np.int64)
+    counts, proofs = np.zeros((4, 1), dtype=np.int64), np.empty(1, dtype=np.bool_)
+    proofs[0] = proven
     batch = Batch(
         pose.reshape((1, 7)),
         seeds.reshape((1, seeds.shape[0], dof)),
-        np.full(1, proven),
+        proofs,
         answer.reshape((1, dof)),
         counts[0],
         counts[1],
