@@ -115,5 +115,5 @@ def _shown(site: Site, page: Page) -> dict[str, Any]:
 
 def _item(item: Any) -> Any:
     if isinstance(item, Sheet):
-        return {"kind": item.kind, "folded": item.folded, "view": view_of(item.table)}
+        return {"kind": item.kind, "folded": item.folded, "view": view_of(item.table, item.most)}
     return item

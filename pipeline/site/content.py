@@ -25,7 +25,7 @@ from pipeline.reporting.results import VIDEOS
 from pipeline.site.figures import error_and_time
 from pipeline.site.files import copied
 from pipeline.site.parts import Card, Cards, Item, Page, Picture, Prose, Section, Sheet
-from pipeline.site.studies import MANY, committed_table, pictures_beside
+from pipeline.site.studies import MANY, MOST, committed_table, pictures_beside
 
 THIS_RUN, PROJECT = "This run", "The project"
 PAPER = "paper"  # chapter of the report that the page of the paper takes in
@@ -120,7 +120,8 @@ def studies_page(results: Path, folder: Path) -> Page:
         group = "study" if path.parent == root else path.parent.name
         table = committed_table(path, group)
         mine = pictures.get(path.stem, []) if path.parent == root else []
-        items: list[Item] = [Sheet(table, folded=len(table.rows) > MANY), *_shown(mine, folder)]
+        sheet = Sheet(table, folded=len(table.rows) > MANY, most=MOST)
+        items: list[Item] = [sheet, *_shown(mine, folder)]
         place = path.stem if path.parent == root else f"{path.parent.name}: {path.stem}"
         sections.append(Section(f"{table.name}-study", plain(place).capitalize(), items))
     others = list(_shown(pictures.get("", []), folder))

@@ -17,10 +17,12 @@ class Sheet:
     Attributes:
         table: What is in it.
         folded: It is shown when it is opened.
+        most: Rows on the page, the first ones; the file beside it has all.
     """
 
     table: Table
     folded: bool = False
+    most: int | None = None
     kind: str = "sheet"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -65,10 +65,14 @@ class View:
     menus: Sequence[Menu]
     origin: Sequence[tuple[str, str]]
     searchable: bool
+    left_out: int
 
 
-def view_of(table: Table) -> View:
-    """Lay out a table."""
+def view_of(table: Table, most: int | None = None) -> View:
+    """Lay out a table, or as many of its first rows as there may be."""
+    left_out = 0 if most is None else max(0, len(table.rows) - most)
+    if left_out:
+        table = replace(table, rows=table.rows[:most])
     texts = table.shown()
     css = [_css(column, i, table, texts) for i, column in enumerate(table.columns)]
     keys = row_keys(table, texts)
@@ -85,6 +89,7 @@ def view_of(table: Table) -> View:
         _menus(table, texts),
         _origin(table),
         len(lines) >= FEW,
+        left_out,
     )
 
 

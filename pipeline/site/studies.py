@@ -18,6 +18,7 @@ TITLED = re.compile(r"\*\*(.+?)\.\*\* ?(.*)")
 DIGITS = 4
 UNITS = {"mm", "deg", "us", "ms", "s", "rad", "m", "percent", "ns"}
 MANY = 40  # rows beyond which a committed table is folded
+MOST = 400  # rows of one on a page; raw rows of thousands of trials would take megabytes
 
 
 def committed_table(path: Path, prefix: str) -> Table:
