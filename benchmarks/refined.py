@@ -204,7 +204,7 @@ def answer_in_batches(chain, experts, poses, weights, joints, errors, work, size
     """Answer poses in batches without Python between them."""
     for begin in range(0, len(poses), size):
         rows = slice(begin, begin + size)
-        answer(chain, experts, poses[rows], weights, joints[rows], errors[rows], work)
+        answer(chain, experts, poses[rows], weights, 0, joints[rows], errors[rows], work)
 
 
 def product_rate() -> float:
