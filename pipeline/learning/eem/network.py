@@ -35,7 +35,8 @@ class EquivariantLayer(nn.Module):
 
     Turned, mirrored or shifted points give the same features and points turned, mirrored or shifted
     alike. The first layer of the messages is a sum over sender, receiver and edge, so that it costs
-    a product a point and not one a pair.
+    a product a point and not one a pair. Moves are summed over the other points, not averaged: a
+    point goes where a few of them say, and an average over twenty would ask for weights of twenty.
 
     Args:
         width: Features of a point, and neurons.
@@ -52,18 +53,25 @@ class EquivariantLayer(nn.Module):
         nn.init.xavier_uniform_(self.move.weight, gain=0.1)
 
     def forward(
-        self, features: Tensor, points: Tensor, edges: Tensor, movable: Tensor
+        self, features: Tensor, points: Tensor, edges: Tensor, movable: Tensor | None
     ) -> tuple[Tensor, Tensor]:
-        """Return features (N, P, width) and points (N, P, 3), moved where ``movable`` (P, 1)."""
+        """Return features (N, P, width) and points (N, P, 3), moved where ``movable`` (P, 1).
+
+        With None points stay, and no move is computed.
+        """
         others = points.shape[1] - 1
         difference = points.unsqueeze(2) - points.unsqueeze(1)
         distance = (difference.square().sum(dim=3, keepdim=True) + 1e-8).sqrt()
         edge = torch.cat((edges.expand(len(points), -1, -1, -1), distance), dim=3)
         pairs = self.receiver(features).unsqueeze(2) + self.sender(features).unsqueeze(1)
         messages = silu(self.second(silu(pairs + self.edge(edge))))
-        step = (difference / (distance + 1) * self.move(messages)).sum(dim=2) / others
         gathered = messages.sum(dim=2) / others
         features = features + self.update(torch.cat((features, gathered), dim=2))
+        if movable is None:
+            return features, points
+        pull = (self.move(messages) / (distance + 1)).squeeze(3)
+        # The sum of pull (x_i - x_j) over j, without an array of all pairs in space.
+        step = pull.sum(dim=2, keepdim=True) * points - pull @ points
         return features, points + movable * step
 
 
@@ -82,7 +90,7 @@ class EquivariantStack(nn.Module):
         self.layers = nn.ModuleList(EquivariantLayer(width) for _ in range(layers))
 
     def forward(
-        self, features: Tensor, points: Tensor, edges: Tensor, movable: Tensor
+        self, features: Tensor, points: Tensor, edges: Tensor, movable: Tensor | None
     ) -> tuple[Tensor, Tensor]:
         """Return features (N, P, width) and points (N, P, 3) behind the last layer."""
         values = self.entry(features)
@@ -149,7 +157,7 @@ class Eem(SamplingNetwork):
 
     def _normals(self, stack: EquivariantStack, last: nn.Linear, points: Tensor) -> Normals:
         kinds = self.graph.kinds.expand(len(points), -1, -1)
-        features, _ = stack(kinds, points, self.graph.edges, points.new_zeros(1, 1))
+        features, _ = stack(kinds, points, self.graph.edges, None)
         mean, log_scale = last(features[:, self.graph.unknown]).chunk(2, dim=2)
         return Normals(mean, log_scale.clamp(LEAST_LOG_SCALE, LARGEST_LOG_SCALE))
 
