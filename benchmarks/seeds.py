@@ -115,7 +115,7 @@ def sources(robot: Robot, joints: Array, refined: RefinedSolver) -> list[Source]
     for count, name in ((1, "CycleIK, best hypothesis"), (HEADS, "CycleIK, four in order")):
 
         def heads(poses: Array, count: int = count) -> Array:
-            return refined.hypotheses(poses).joints[:, :count]
+            return refined.proposals(poses, count)
 
         found.append(Source(name, heads, seconds, size_mb))
     found.append(Source(f"warm, {WARM_DEG:g} deg away", lambda poses: warm))

@@ -117,6 +117,15 @@ class RefinedSolver(KernelAbilities, FollowingSolver):
         """Return the proposer's answers to poses (N, 7), best first, before any refinement."""
         return self.proposer.hypotheses(poses)
 
+    def proposals(self, poses: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+        """Return the best hypotheses (N, count, dof) of poses (N, 7) within the domain, one thread."""
+        seeds = np.empty((len(poses), count, self.robot.dof))
+        seeding = self.proposer.seeding(poses, seeds)
+        if seeding is None:
+            return self.hypotheses(poses).joints[:, :count]
+        seeding(slice(None))
+        return seeds
+
     def options(self, budget: Budget | None) -> LmOptions:
         """See `CompiledQuerySolver`: those of `lm`, by default under this solver's own budget."""
         return self.kernel.options(self.budget if budget is None else budget)

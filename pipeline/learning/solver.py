@@ -140,7 +140,7 @@ class NeuralSolver(Solver):
 
         Returns:
             A function of the rows, which threads may call at once, or None for a network that is
-            not compiled.
+            not compiled or has fewer hypotheses.
         """
         return None
 

@@ -47,10 +47,7 @@ def descents(robot: Robot, weights: Path, poses: Array, rounds: int) -> tuple[De
     assert isinstance(refined, RefinedSolver)
     options = kernel.options(None)
     home = np.broadcast_to(robot.home, (len(poses), 1, robot.dof))
-    sources: list[Callable[[], Array]] = [
-        lambda: home,
-        lambda: refined.hypotheses(poses).joints[:, :1],
-    ]
+    sources: list[Callable[[], Array]] = [lambda: home, lambda: refined.proposals(poses, 1)]
     times: list[list[float]] = [[] for _ in sources]
     outcomes: list[Refined] = []
     with torch_threads(1):

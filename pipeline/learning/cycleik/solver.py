@@ -134,7 +134,7 @@ class CycleIk(NeuralSolver, CompiledQuerySolver[NetworkOptions]):
 
     def seeding(self, poses: Array, seeds: Array) -> Callable[[slice], None] | None:
         """See `NeuralSolver`."""
-        if self.compiled is None or self.cells > 1:
+        if self.compiled is None or self.cells > 1 or seeds.shape[1] > self.network.heads:
             return None
         network = self.robot.chain, self.compiled
         ranking, home = self._ranking(), self.robot.home
