@@ -118,7 +118,7 @@ class RefinedSolver(KernelAbilities, FollowingSolver):
         return self.proposer.hypotheses(poses)
 
     def proposals(self, poses: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-        """Return the best hypotheses (N, count, dof) of poses (N, 7) within the domain, one thread."""
+        """Return the best hypotheses (N, count, dof) of poses (N, 7) in the domain; one thread."""
         seeds = np.empty((len(poses), count, self.robot.dof))
         seeding = self.proposer.seeding(poses, seeds)
         if seeding is None:
