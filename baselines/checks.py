@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from baselines.errors import InitialError, PoseError, SettingError
 from robots.arguments import as_float, as_floats, as_int
 from robots.limits import FARTHEST, nearest_turns
+from robots.rotations import UNIT_TOLERANCE
 
-# Poses often pass through float32; a quaternion is further off only if something is wrong.
-UNIT_TOLERANCE = 1e-3
 # Poses from which on it is a compiled function that looks at each.
 MANY = 64
 # More threads than any machine has are a slip.

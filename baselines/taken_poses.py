@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from baselines.checks import UNIT_TOLERANCE
 from robots.compiled import njit
 from robots.limits import FARTHEST
+from robots.rotations import UNIT_TOLERANCE
 
 
 @njit(_nrt=False)

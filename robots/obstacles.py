@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 
 from robots.arguments import as_float, as_floats
 from robots.errors import ObstacleError
-from robots.rotations import matrix_from_quaternion
+from robots.rotations import UNIT_TOLERANCE, matrix_from_quaternion
 from robots.shapes import BOX, SPHERE
 from robots.suggestions import unknown_name
 
 Array = NDArray[np.float64]
 
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)  # the quaternion that turns nothing
-UNIT_TOLERANCE = 1e-3  # of the norm of a quaternion, as of those of poses
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+# Of the norm of a quaternion that is handed in: poses often pass through float32, and one that is
+# further off is so because something is wrong.
+UNIT_TOLERANCE = 1e-3
+
 
 def canonical(quaternion: ArrayLike) -> Array:
     """Choose the sign with w >= 0; both signs are the same rotation.

@@ -11,13 +11,13 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from numpy.typing import NDArray
 
-from baselines.checks import UNIT_TOLERANCE
 from baselines.registry import file_settings, load, settings
 from pipeline.errors import PipelineError
 from pipeline.exporting.c_network import network_values
 from pipeline.exporting.source import Source
 from robots import Robot
 from robots.limits import FARTHEST
+from robots.rotations import UNIT_TOLERANCE
 
 HEADER, EXAMPLE, DRIVER = "header.h.jinja", "example.c.jinja", "driver.c.jinja"
 WIDE = 100  # characters of a line of numbers
