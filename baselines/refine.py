@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numba
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 
 from baselines import lm_kernel
 from baselines.joint_range import joint_range, turn_rows_inside
+from baselines.lanes import LINE_BYTES
 from baselines.lanes_kernel import refine_lanes
 from baselines.lanes_work import Batch, new_room
 from baselines.lm_kernel import LmOptions
@@ -23,7 +23,7 @@ from baselines.seed_library import SeedLibrary, empty_seed_library
 from robots.arguments import compiled_floats
 from robots.chain import Chain
 from robots.pose_bound import PoseBound, pose_bound, proven_rows
-from robots.threads import forked, on_threads
+from robots.threads import forked, on_threads, shares
 
 if TYPE_CHECKING:
     from robots import Robot
@@ -200,8 +200,8 @@ def _one_by_one(
     """Refine by the scalar kernel, which keeps the time of every pose."""
     _, poses, _, _, options = arguments
     if seeding is not None:
-        shares = _shares(len(poses), threads)
-        on_threads(len(shares), lambda index: seeding(shares[index]))
+        parts = shares(len(poses), thread_count(threads), POSES_PER_THREAD)
+        on_threads(len(parts), lambda index: seeding(parts[index]))
     proven = np.zeros(len(poses), dtype=bool)
     _prove(bound, poses, options, proven)
     if not proven.any():
@@ -240,13 +240,6 @@ def _descended(arguments: Arguments, threads: int) -> Refined:
     return result
 
 
-def _shares(count: int, threads: int) -> list[slice]:
-    """Rows of a batch for each thread that is worth its start, one at least."""
-    used = max(1, min(thread_count(threads), count // POSES_PER_THREAD))
-    edges = [index * count // used for index in range(used + 1)]
-    return [slice(*pair) for pair in pairwise(edges)]
-
-
 def _side_by_side(
     arguments: Arguments, bound: PoseBound, threads: int, seeding: Seeding | None
 ) -> Refined:
@@ -259,30 +252,30 @@ def _side_by_side(
     chain, poses, seeds, library, options = arguments
     result = Refined.empty(len(poses), seeds.shape[2])
     proven = np.zeros(len(poses), dtype=bool)
-    shares = _shares(len(poses), threads)
+    parts = shares(len(poses), thread_count(threads), POSES_PER_THREAD)
     # Each counter in a line of the cache of its own: threads that share one wait for each other.
-    queues = np.zeros((len(shares), 16), dtype=np.int64)
+    queues = np.zeros((len(parts), 2 * LINE_BYTES // 8), dtype=np.int64)
     batches = [
         Batch(
             *(poses[rows], seeds[rows], proven[rows], result.joints[rows], result.status[rows]),
             *(result.iterations[rows], result.starts[rows], queues[index, :1]),
         )
-        for index, rows in enumerate(shares)
+        for index, rows in enumerate(parts)
     ]
-    ready = [False] * len(shares)
-    lanes = new_room(len(shares), len(chain.prismatic), seeds.shape[2], len(library.joints))
+    ready = [False] * len(parts)
+    lanes = new_room(len(parts), len(chain.prismatic), seeds.shape[2], len(library.joints))
 
     def descend(index: int) -> None:
         if seeding is not None:
-            seeding(shares[index])
+            seeding(parts[index])
         _prove(bound, batches[index].poses, options, batches[index].proven)
         ready[index] = True
-        for share in (*range(index, len(shares)), *range(index)):
-            if ready[share]:
-                refine_lanes(chain, batches[share], library, options, lanes, index)
+        for part in (*range(index, len(parts)), *range(index)):
+            if ready[part]:
+                refine_lanes(chain, batches[part], library, options, lanes, index)
 
-    on_threads(len(shares), descend)
+    on_threads(len(parts), descend)
     looked_at = result.iterations + result.starts
-    seconds = len(shares) * (time.perf_counter() - started)
+    seconds = len(parts) * (time.perf_counter() - started)
     np.multiply(looked_at, seconds / max(int(looked_at.sum()), 1), out=result.time_s)
     return result

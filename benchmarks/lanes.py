@@ -28,7 +28,7 @@ from baselines.checks import check_initial, check_poses
 from baselines.lanes import LANES, load, store
 from baselines.lm import LevenbergMarquardt
 from baselines.refine import refine
-from benchmarks.refined import pair_of, reachable, success
+from benchmarks.refined import SEED, pair_of, reachable, success
 from benchmarks.studies import write_study
 from robots import Robot, available_robots, load_robot
 
@@ -62,7 +62,7 @@ def main() -> None:
     means = np.exp(np.log(ratios).mean())
     print("\nGeometric means:", ", ".join(f"{key} {value:.3f}" for key, value in means.items()))
     if options.write:
-        write_study("lanes", table.round(4), text, "python -m benchmarks.lanes --write", "11")
+        write_study("lanes", table.round(4), text, "python -m benchmarks.lanes --write", str(SEED))
 
 
 def measured(robot: Robot, options: argparse.Namespace, rate: float) -> dict[str, object]:

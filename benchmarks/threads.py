@@ -26,7 +26,7 @@ import pandas as pd
 import torch
 
 from benchmarks.lanes import timed
-from benchmarks.refined import reachable
+from benchmarks.refined import SEED, reachable
 from benchmarks.studies import write_study
 from pipeline import load_solver
 from robots import available_robots, load_robot
@@ -53,7 +53,7 @@ def main() -> None:
         print(f"\n{solver}: {gains} times, medians of robots")
     if options.write:
         command = f"python -m benchmarks.threads --threads {options.threads} --write"
-        write_study("threads", table.round(4), text, command, "11")
+        write_study("threads", table.round(4), text, command, str(SEED))
 
 
 def measured(name: str, solver: str, options: argparse.Namespace) -> dict[str, object]:

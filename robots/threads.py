@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from itertools import pairwise
 
 _state = {"forked": False}
 
@@ -43,6 +44,22 @@ def on_threads(count: int, work: Callable[[int], None]) -> None:
             failures.append(failure)
     if failures:
         raise failures[0]
+
+
+def shares(count: int, threads: int, least: int) -> list[slice]:
+    """Rows of a batch for each of so many threads.
+
+    Args:
+        count: Rows.
+        threads: Threads, 1 at least.
+        least: Rows that are worth a thread.
+
+    Returns:
+        One slice at least, of about as many rows each.
+    """
+    used = max(1, min(threads, count // least))
+    edges = [index * count // used for index in range(used + 1)]
+    return [slice(*pair) for pair in pairwise(edges)]
 
 
 @cache

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,12 +13,11 @@ from baselines import Budget, SettingError, Solution
 from baselines.compiled_query import CompiledQuery, CompiledQuerySolver
 from baselines.joint_range import joint_range
 from baselines.lm_kernel import OUT_OF_REACH
-from baselines.refine import REASONS
+from baselines.refine import REASONS, thread_count
 from pipeline.learning.cycleik import METHOD
 from pipeline.learning.cycleik.compiled.answers import (
     CompiledExperts,
     answer_on_threads,
-    answer_rows,
     compiled_experts,
     seed_rows,
 )
@@ -42,7 +40,6 @@ from robots import Robot
 from robots.arguments import as_int, compiled_floats
 from robots.pose_bound import pose_bound, proven_rows
 from robots.suggestions import unknown_name
-from robots.threads import forked
 
 Array = NDArray[np.float64]
 
@@ -151,14 +148,9 @@ class CycleIk(NeuralSolver, CompiledQuerySolver[NetworkOptions]):
         joints, errors = np.empty((*shape, self.robot.dof)), np.empty((*shape, 2))
         rows, ranking = compiled_floats(poses), self._ranking()
         for nearer in range(self.cells):
-            arguments = (
-                *(self.robot.chain, experts, rows, ranking),
-                *(nearer, joints[nearer], errors[nearer]),
-            )
-            if self.threads == 1 or len(rows) == 1 or forked():
-                answer_rows(*arguments)
-            else:
-                answer_on_threads(self.threads or numba.config.NUMBA_NUM_THREADS, *arguments)
+            network = self.robot.chain, experts, rows, ranking
+            room = nearer, joints[nearer], errors[nearer]
+            answer_on_threads(thread_count(self.threads), *network, *room)
         if self.cells == 1:
             joints, errors = joints[0], errors[0]
         else:

@@ -4,10 +4,11 @@ import multiprocessing
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
+import numpy as np
 import pytest
 
 from robots import threads
-from robots.threads import on_threads
+from robots.threads import on_threads, shares
 
 WAIT_S = 30.0
 
@@ -17,6 +18,15 @@ def test_every_part_is_done_once() -> None:
         done: list[int] = []
         on_threads(count, done.append)
         assert sorted(done) == list(range(count))
+
+
+def test_shares_cover_a_batch_once_and_are_worth_a_thread() -> None:
+    assert shares(0, 2, 250) == [slice(0, 0)]
+    assert shares(499, 2, 250) == [slice(0, 499)]
+    assert shares(501, 2, 250) == [slice(0, 250), slice(250, 501)]
+    parts = shares(5000, 3, 250)
+    assert np.array_equal(np.concatenate([np.arange(5000)[part] for part in parts]), range(5000))
+    assert len(shares(700, 64, 250)) == 2
 
 
 def test_the_first_part_runs_on_the_callers_thread_and_others_beside_it() -> None:

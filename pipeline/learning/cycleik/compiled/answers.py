@@ -10,7 +10,6 @@ around it, so an answer does not depend on the batch.
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +28,7 @@ from pipeline.learning.cycleik.experts import Experts, host
 from pipeline.learning.networks import MATRIX_POSE_SIZE
 from robots.chain import Chain
 from robots.compiled import njit
-from robots.threads import on_threads
+from robots.threads import on_threads, shares
 
 Array = NDArray[np.float64]
 Array32 = NDArray[np.float32]
@@ -336,12 +335,10 @@ def answer_on_threads(
     nearer: int, joints: Array, errors: Array,
 ) -> None:  # fmt: skip
     """Compute `answer_rows` on so many threads, each with a share of the poses; the same bits."""
-    shares = min(count, -(-len(poses) // SHARE))
-    edges = [part * len(poses) // shares for part in range(shares + 1)]
-    rows = [slice(*pair) for pair in pairwise(edges)]
+    parts = shares(len(poses), count, SHARE)
 
-    def answer(part: int) -> None:
-        some = rows[part]
-        answer_rows(chain, experts, poses[some], weights, nearer, joints[some], errors[some])
+    def answer(index: int) -> None:
+        rows = parts[index]
+        answer_rows(chain, experts, poses[rows], weights, nearer, joints[rows], errors[rows])
 
-    on_threads(shares, answer)
+    on_threads(len(parts), answer)
